@@ -10,6 +10,7 @@ from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..model.shapes import Ellipsoid, PointMass, Sphere
 from ..typing import Floats
+from .states import into_body
 
 #: The least cosine; smaller ones are replaced by it.
 _LEAST = 1e-12
@@ -53,19 +54,18 @@ def photocentre(axes: Floats, attitude: Any, to_observer: Floats, to_sun: Floats
     """
     if not axes.any():
         return np.zeros_like(to_observer)
-    rotation = complex_matrices(attitude)
     e, s = (vector / np.sqrt(np.sum(vector * vector, axis=-1))[..., None] for vector in (to_observer, to_sun))
-    p, q = (np.einsum("...ij,...i->...j", rotation, vector) / axes for vector in (e, s))
+    p, q = (into_body(attitude, vector) / axes for vector in (e, s))
     size_p, size_q = (np.sqrt(np.sum(v * v, axis=-1)) for v in (p, q))
     first = p / size_p[..., None]
     cos_a = np.sum(first * q, axis=-1) / size_q
-    across = q / size_q[..., None] - first * cos_a[..., None]
-    sin_a = np.sqrt(np.sum(across * across, axis=-1))
+    perpendicular = q / size_q[..., None] - first * cos_a[..., None]
+    sin_a = np.sqrt(np.sum(perpendicular * perpendicular, axis=-1))
     # At zero phase there is no direction perpendicular to the line of sight, and the offset along it is zero.
-    second = across / np.where(sin_a == 0.0, 1.0, sin_a)[..., None]
-    along, aside = size_p + size_q * cos_a, size_q * sin_a
-    both = np.sqrt(along * along + aside * aside)
-    cos_l, sin_l = along / both, aside / both
+    second = perpendicular / np.where(sin_a == 0.0, 1.0, sin_a)[..., None]
+    x, y = size_p + size_q * cos_a, size_q * sin_a
+    length = np.sqrt(x * x + y * y)
+    cos_l, sin_l = x / length, y / length
     cos_g, sin_g = cos_a * cos_l + sin_a * sin_l, sin_a * cos_l - cos_a * sin_l
     # The angle y = l - L runs from the terminator, l = alpha - pi/2, to the limb, l = pi/2.
     # At zero phase cos y vanishes at both ends, where the factor of its logarithm is zero.
@@ -95,28 +95,18 @@ def photocentre(axes: Floats, attitude: Any, to_observer: Floats, to_sun: Floats
         """Return the integral over y of a product of factors a cos(y) + b sin(y), divided by cos(y)."""
         terms: dict[int, Any] = {0: 1.0}
         for of_cos, of_sin in factors:
-            grown: dict[int, Any] = {}
+            product: dict[int, Any] = {}
             for power, value in terms.items():
-                grown[power] = grown.get(power, 0.0) + value * of_cos
-                grown[power + 1] = grown.get(power + 1, 0.0) + value * of_sin
-            terms = grown
+                product[power] = product.get(power, 0.0) + value * of_cos
+                product[power + 1] = product.get(power + 1, 0.0) + value * of_sin
+            terms = product
         return sum(value * integrals[power, len(factors) - power] for power, value in terms.items())
 
     # These are the coefficients of cos y and sin y in cos l, sin l and cos(l - alpha).
-    cosine, sine, lit = (cos_l, -sin_l), (sin_l, cos_l), (cos_g, sin_g)
-    light = 0.5 * np.pi * mean([cosine, lit])
+    cosine, sine, incidence = (cos_l, -sin_l), (sin_l, cos_l), (cos_g, sin_g)
+    light = 0.5 * np.pi * mean([cosine, incidence])
     if not (np.real(light) > 0.0).all():
         raise InvalidInput("the Sun is behind a body, which has no centre of light; expected a phase angle below pi")
-    x, y = (4.0 / 3.0 * mean([cosine, lit, item]) / light for item in (cosine, sine))
-    return np.einsum("...ij,...j->...i", rotation, (first * x[..., None] + second * y[..., None]) * axes)
-
-
-def complex_matrices(attitude: Any) -> Any:
-    """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4) as polynomials, which take complex numbers."""
-    w, x, y, z = np.moveaxis(attitude, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), [0, 1], [-2, -1])
+    along_first, along_second = (4.0 / 3.0 * mean([cosine, incidence, item]) / light for item in (cosine, sine))
+    offset = (first * along_first[..., None] + second * along_second[..., None]) * axes
+    return into_body(attitude * [1.0, -1.0, -1.0, -1.0], offset)

@@ -14,24 +14,25 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..base.kinds import flag, instance
+from ..base.kinds import choice, flag, instance
 from ..base.limits import FINITE, Limits
 from ..base.rotations import matrices
+from ..base.units import need
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
-from . import response
 from .brightness import Epochs, by_name
-from .exposure import exposure_rule
 from .radar_laws import Cosine, RadarLaw
 from .states import DISTANT, RetardedStates, refuse_near
-from .times import LIGHT_SPEED, kilometres, seconds
+from .times import LIGHT_SPEED, exposure_rule, kilometres, seconds
 from .vectors import SystemGeometry, Vectors, local_geometry
 
 #: The lowest frequency of a transmitter in Hz, below which echoes of small bodies are no reflections by a surface.
 _LOWEST = 1e6
 #: Relative size of a change of frequency over a surface up to which it is rounding.
 _PARALLEL = 1e-14
+#: The number of cells to the narrowest bin on which an echo is computed before it is weighted.
+_CELLS = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,8 @@ class RadarOptions:
 
     def __post_init__(self) -> None:
         flag(self.mutual, "mutual")
-        response.check(self.frequency_response, self.delay_response)
+        choice(self.frequency_response, "frequency_response", ("bin", "sinc2"))
+        choice(self.delay_response, "delay_response", ("bin", "triangle2"))
         if self.transmitter is not None:
             instance(self.transmitter, "transmitter", Vectors, "an observing.Geometry, or None for one antenna")
         for law in self.law.values() if isinstance(self.law, dict) else [self.law]:
@@ -157,15 +159,15 @@ class EchoModel:
 
     def mean_power(self, echo: Callable[[float], Echo], edges: dict[str, Floats]) -> Floats:
         """Return what :meth:`power` does, averaged over the exposure, of the echo at each time from its middle."""
-        rule = zip(*exposure_rule(self.options.exposure, self.system), strict=True)
-        return np.asarray(sum(weight * self.power(echo(since), **edges) for since, weight in rule))
+        rule = exposure_rule(self.options.exposure, self.system)
+        return np.asarray(sum(weight * self.power(echo(time), **edges) for time, weight in rule))
 
     def power(self, echo: Echo, frequencies: Floats, delays: Floats | None = None) -> Floats:
         """Return the cross section (K, N, D, F) of each body in bins; D is one without delays."""
         responses = [(frequencies, self.options.frequency_response)]
         responses += [] if delays is None else [(delays, self.options.delay_response)]
         cells = [
-            edges if shape == "bin" else response.cells(edges, self._span(echo, k))
+            edges if shape == "bin" else _cells(edges, self._span(echo, k))
             for k, (edges, shape) in enumerate(responses)
         ]
         power = self._core.echo(
@@ -177,7 +179,7 @@ class EchoModel:
         )
         for (edges, shape), parts, product in zip(responses, cells, ("kndf,ef->knde", "kndf,ed->knef"), strict=False):
             if shape != "bin":
-                power = np.einsum(product, power, response.weights(shape, edges, parts))
+                power = np.einsum(product, power, _weights(shape, edges, parts))
         return np.asarray(power)
 
     def _span(self, echo: Echo, k: int) -> tuple[float, float]:
@@ -218,3 +220,36 @@ def _ways(
 
 def _dot(first: Floats, second: Floats) -> Floats:
     return np.asarray(np.einsum("...x,...x->...", first, second))
+
+
+def _cells(edges: Floats, span: tuple[float, float]) -> Floats:
+    """Return the edges of cells that cover a span, within which the echo lies, with sixteen cells to a bin."""
+    width = float(np.diff(edges).min()) / _CELLS
+    first, last = np.floor(span[0] / width) - 1.0, np.ceil(span[1] / width) + 1.0
+    return np.asarray(width * np.arange(first, last + 1.0))
+
+
+def _weights(response: str, edges: Floats, parts: Floats) -> Floats:
+    """Return the weights (B, C) of the echo in C cells in each of B bins.
+
+    A response is a function of the distance from the middle of a bin in units of its width, with the integral one; its
+    mean over a cell is exact.
+    """
+    middle, width = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
+    x = (parts - middle[:, None]) / width[:, None]
+    integral = _integral_of_sinc2(x) if response == "sinc2" else _integral_of_triangle2(x)
+    return np.asarray(np.diff(integral, axis=1) / np.diff(parts) * width[:, None])
+
+
+def _integral_of_sinc2(x: Floats) -> Floats:
+    """Return the integral from zero of sinc^2, the power response of a discrete Fourier transform."""
+    with need("observing", "the response sinc2"):
+        from scipy.special import sici
+
+    return np.asarray(sici(2.0 * np.pi * x)[0] / np.pi - x * np.sinc(x) ** 2)
+
+
+def _integral_of_triangle2(x: Floats) -> Floats:
+    """Return the integral of 3/2 (1 - abs(x))^2, the power response of a decoder to a code of binary phases."""
+    half = 0.5 * np.clip(1.0 - np.abs(x), 0.0, None) ** 3
+    return np.where(x < 0.0, half, 1.0 - half)

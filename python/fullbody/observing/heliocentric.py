@@ -10,7 +10,7 @@ from ..model.context import SystemLike
 from ..orbit.elements import DIMENSIONS, KeplerElements
 from ..typing import Floats
 from .times import kilometres, seconds
-from .vectors import SystemGeometry, turn
+from .vectors import SystemGeometry, cached_rotation
 
 #: The elements that have corrections, with their dimensions.
 ELEMENTS = DIMENSIONS
@@ -33,17 +33,17 @@ def displacements(system: SystemLike, local: SystemGeometry, times: Floats) -> l
 
     what = "corrections of the heliocentric elements"
     mu = float(GM_sun.to_value("km3 / s2")) / kilometres(system, what) ** 3 * seconds(system, what) ** 2
-    axes = turn(system.context.frame, "ecliptic")
+    axes = cached_rotation(system.context.frame, "ecliptic")
     middle = np.array([np.mean(times)])
     emitted = local.emission(np.append(times, middle))
     position, velocity = (-part[0] @ axes.T for part in (local.sun(middle), local.sun_velocity(middle)))
     # The Sun's vectors are given by the time of arrival.
-    observer, moving = local.observer(middle)[0], local.observer_velocity(middle)[0]
-    late = observer @ moving / np.linalg.norm(observer) / local.light_speed
+    observer, observer_velocity = local.observer(middle)[0], local.observer_velocity(middle)[0]
+    delay_rate = observer @ observer_velocity / np.linalg.norm(observer) / local.light_speed
     if not np.linalg.norm(velocity) > 0.0:
         raise InvalidInput(f"{what} need a geometry in which the Sun moves; expected vectors to_sun for each time")
     try:
-        orbit = KeplerElements.from_cartesian(position, velocity / (1.0 - late), mu)
+        orbit = KeplerElements.from_cartesian(position, velocity / (1.0 - delay_rate), mu)
     except InvalidInput as error:
         raise InvalidInput(f"{what} need a geometry along an orbit about the Sun: {error}") from error
     elements = {name: float(getattr(orbit, name)) for name in ELEMENTS}
@@ -58,8 +58,8 @@ def displacements(system: SystemLike, local: SystemGeometry, times: Floats) -> l
         return np.asarray(KeplerElements(**rows).to_cartesian(mu)[0] @ axes)
 
     def by_element(name: str) -> Floats:
-        here = positions(name, 0.0)
+        reference = positions(name, 0.0)
         step = _STEP * abs(elements["a"]) if name == "a" else _STEP
-        return difference(lambda change: positions(name, change) - here, step)
+        return difference(lambda change: positions(name, change) - reference, step)
 
     return [by_element(name) for name in ELEMENTS]

@@ -160,22 +160,22 @@ def derivatives(photometer: Photometer, epochs: Epochs, sizes: Floats) -> tuple[
     centre = centre_of(epochs, light)
     count = len(sizes)
     result = np.zeros((2, len(light), 3, count, 3))
-    apart = epochs.position - centre.centre[:, None]
+    separation = epochs.position - centre.centre[:, None]
     total = centre.total[:, None]
     for body in range(count):
         for kind, step in enumerate((_STEP * sizes[body], _STEP)):
             for axis in range(3):
                 change = np.zeros_like(light)
-                for weight, share in ((8.0, 1.0), (-8.0, -1.0), (-1.0, 2.0), (1.0, -2.0)):
-                    change += weight * photometer.moments(_moved(epochs, body, kind, axis, share * step))
+                for weight, k in ((8.0, 1.0), (-8.0, -1.0), (-1.0, 2.0), (1.0, -2.0)):
+                    change += weight * photometer.moments(_displaced(epochs, body, kind, axis, k * step))
                 change /= 12.0 * step
-                moment = np.einsum("kn,knx->kx", change[..., 0], apart) + change[..., 1:].sum(axis=1)
+                moment = np.einsum("kn,knx->kx", change[..., 0], separation) + change[..., 1:].sum(axis=1)
                 result[kind, :, :, body, axis] = moment / total
         result[0, :, :, body] += (light[:, body, 0, None] / total)[..., None] * np.eye(3)
     return centre, *result
 
 
-def _moved(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> Epochs:
+def _displaced(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> Epochs:
     """Return epochs with one body displaced along an axis, or rotated about an axis of its body frame."""
     position, attitude = epochs.position.copy(), epochs.attitude.copy()
     if kind == 0:
@@ -183,5 +183,4 @@ def _moved(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> Epoc
     else:
         rotation = rotations.of_vectors(step * np.eye(3)[axis])
         attitude[:, body] = rotations.products(attitude[:, body], rotation)
-    others = epochs.to_observer, epochs.to_sun, epochs.velocity, epochs.distant
-    return Epochs(epochs.times, position, attitude, *others)
+    return epochs._replace(position=position, attitude=attitude)

@@ -14,10 +14,9 @@ from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array, Floats
 from .brightness import Epochs, Photometer, of_unit_sphere
-from .exposure import exposure_rule
 from .laws import LommelSeeliger
 from .states import DISTANT, RetardedStates, refuse_near, retarded
-from .times import in_system, kilometres
+from .times import exposure_rule, kilometres, to_system_times
 from .vectors import SystemGeometry, Vectors, local_geometry
 
 if TYPE_CHECKING:
@@ -99,10 +98,10 @@ def light_curve(
     local = local_geometry(geometry, system)
     photometer, rule = Photometer(system, law, albedo, mutual, sun_radius), exposure_rule(exposure, system)
     result = []
-    for part in _parts(in_system(times, system, "times")):
+    for part in _parts(to_system_times(times, system, "times")):
         light = np.zeros((len(part), len(system.context)))
-        for since, weight in zip(*rule, strict=True):
-            light += weight * photometer.brightness(_epochs_of_run(run, local, part + since, "a light curve"))
+        for time, weight in rule:
+            light += weight * photometer.brightness(_epochs_of_run(run, local, part + time, "a light curve"))
         total = light if per_body else light.sum(axis=1)
         result.append(magnitudes(total, local.observer(part), local.sun(part), reduced))
     return np.concatenate(result)
@@ -112,7 +111,7 @@ def epochs_of(run: Record, times: Any, geometry: Vectors, what: str) -> Iterator
     """Iterate over what a photometer sees at times (K,) of arrival, in parts between which Ctrl-C is noticed."""
     system = run.system
     local = local_geometry(geometry, system)
-    for part in _parts(in_system(times, system, "times")):
+    for part in _parts(to_system_times(times, system, "times")):
         yield _epochs_of_run(run, local, part, what)
 
 

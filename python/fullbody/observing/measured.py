@@ -17,7 +17,7 @@ from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
 from .pictures import draw
-from .times import in_system
+from .times import to_system_times
 
 
 class Measured(Tabled):
@@ -87,20 +87,20 @@ class Measured(Tabled):
         if self.times is None:
             raise InvalidInput(f"{self.name} has no times; give Measured(..., times=) to say when its run is sampled")
         return system.context.units.attach(
-            np.sort(in_system(self.times, system, f"times of {self.name}").ravel()), "time"
+            np.sort(to_system_times(self.times, system, f"times of {self.name}").ravel()), "time"
         )
 
     @property
     def value(self) -> Any:
         """The measured values (C,)."""
-        return self._united(self._value)
+        return self._with_unit(self._value)
 
     @property
     def sigma(self) -> Any:
         """The standard errors (C,) of the measured values."""
-        return self._united(self._sigma)
+        return self._with_unit(self._sigma)
 
-    def _united(self, values: Floats) -> Any:
+    def _with_unit(self, values: Floats) -> Any:
         return values if self.unit is None else values * self.unit
 
     def _prediction(self, run: Record) -> Floats:
@@ -111,11 +111,11 @@ class Measured(Tabled):
 
     def predict(self, run: Record) -> Any:
         """Return the value of the function for a run (C,), with the unit of the measured value."""
-        return self._united(self._prediction(run))
+        return self._with_unit(self._prediction(run))
 
     def residuals(self, run: Record) -> Any:
         """Return the measured values minus the predictions (C,)."""
-        return self._united(self._value - self._prediction(run))
+        return self._with_unit(self._value - self._prediction(run))
 
     def pulls(self, run: Record) -> Floats:
         """Return the residuals (C,) divided by the standard errors."""

@@ -12,14 +12,14 @@ from .. import _core
 from ..base.kinds import choice
 from ..base.limits import Limits
 from ..base.units import UNITLESS
-from ..errors import InvalidInput, interruptible
+from ..errors import interruptible
 from ..events import Occultation
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array, Floats
 from .light_curve import light_curve
 from .mutual_event import MutualEvent, MutualEvents
-from .spans import lowest
+from .spans import minimum
 from .states import refuse_near
 from .vectors import SystemGeometry, Vectors, local_geometry
 
@@ -97,20 +97,12 @@ def mutual_events(
     >>> sorted({(event.kind, event.body) for event in events})[:2]
     [('eclipse', 'Didymos'), ('eclipse', 'Dimorphos')]
     """
-    if run.dense is None:
-        raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
-    system = run.system
+    system, solution = run.system, run.continuous().core
     local = local_geometry(geometry, system)
-    start, stop = run.dense.core.range
-    first, last = sorted((start, stop))
+    first, last = sorted(solution.range)
+    local.refuse_disjoint(system, first, last)
     begin, end = local.ends()
     span = [max(first, float(local.emission(begin))), min(last, float(local.emission(end)))]
-    if not span[0] < span[1]:
-        attach = system.context.units.attach
-        raise InvalidInput(
-            f"the run, from {attach(first, 'time')} to {attach(last, 'time')}, and the geometry, from "
-            f"{attach(begin, 'time')} to {attach(end, 'time')} at the observer, have no time in common"
-        )
     radius = UNITLESS.number(sun_radius, "angle", "sun_radius", Limits(least=0.0, below=0.5 * np.pi))
     kinds = [kind for kind in KINDS if kind == "occultation" or geometry.has_sun]
     pairs = [(i, j) for i in range(len(system.context)) for j in range(len(system.context)) if i != j]
@@ -120,7 +112,7 @@ def mutual_events(
     weights = system.context.masses / system.context.masses.sum()
     for kind in kinds:
         knots, toward = _table(local, kind, span)
-        states = run.dense.core.states(np.clip(np.array(knots), span[0], span[1]))
+        states = solution.states(np.clip(np.array(knots), span[0], span[1]))
         centre = states["position"] - np.einsum("n,tnx->tx", weights, states["position"])[:, None]
         what = "observer" if kind == "occultation" else "Sun"
         refuse_near(system, local, what, np.array(toward), centre, states["attitude"], np.array(knots), 1.0, 1.0)
@@ -128,8 +120,9 @@ def mutual_events(
             slowness = KINDS[kind] / local.light_speed
             towards[kind, q] = _core.Toward(knots, limb.tolist(), slowness, local.distant, False)
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind, q]) for kind, i, j, total, q in keys]
-    crossings = run.dense.core.crossings(system.context.core, conditions, span)
-    intervals = {key: _intervals(*crossing, span, start < stop) for key, crossing in zip(keys, crossings, strict=True)}
+    forward = solution.range[0] < solution.range[1]
+    crossings = solution.crossings(system.context.core, conditions, span)
+    intervals = {key: _intervals(*crossing, span, forward) for key, crossing in zip(keys, crossings, strict=True)}
     contacts_of_events = []
     for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
         seen, totals = ([intervals[kind, i, j, total, q] for q in points[kind]] for total in (False, True))
@@ -161,7 +154,7 @@ def mutual_events(
             return undimmed - dimmed
 
         for k, (first, last) in enumerate(zip(*ends, strict=True)):
-            moment, gained = lowest(gain, first, last, _DEPTHS, _SEARCHES)
+            moment, gained = minimum(gain, first, last, _DEPTHS, _SEARCHES)
             events[k] = replace(events[k], depth=-gained, deepest=attached(moment, True))
     return MutualEvents(events, system)
 

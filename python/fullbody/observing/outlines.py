@@ -17,12 +17,11 @@ from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
 from .columns import DataColumn
-from .contacts import into_body
 from .light_centres import refuse_directions
 from .light_curve import epochs_of
 from .limbs import PosedLimbs, limbs_of
-from .sky import east_and_north, in_mas, in_unit, offsets, sky_axes
-from .sky_data import SkyPoints
+from .sky import SkyPoints, east_and_north, in_mas, in_unit, offsets, sky_axes
+from .states import into_body
 from .vectors import Vectors
 
 
@@ -170,6 +169,7 @@ class Outline(SkyPoints):
     _columns = (DataColumn("east"), DataColumn("north"), DataColumn("sigma"))
     _options = ("body", "frame")
     _names = ("distance from the outline",)
+    _depends_on_figures = True
 
     def __init__(
         self,
@@ -195,9 +195,6 @@ class Outline(SkyPoints):
 
     def _attach(self, values: Floats, system: SystemLike) -> Any:
         return in_unit(values[:, 0], self.unit)
-
-    def _depends_on_figures(self) -> bool:
-        return True
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         axes = sky_axes(system, self.frame, "an outline")

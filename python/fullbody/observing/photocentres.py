@@ -17,17 +17,15 @@ from .heliocentric import ELEMENTS, displacements
 from .laws import LommelSeeliger
 from .light_centres import centre_of, derivatives, refuse_directions
 from .linear import LinearUnknown
-from .sky import in_unit, offsets, sky_axes
-from .sky_data import SkyObservations
-from .sunlit import SunlitObservations, by_states
+from .sky import SkyObservations, in_unit, offsets, sky_axes
+from .states import IMAGINARY_STEP
+from .sunlit import SunlitObservations, derivatives_by_states
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
     from .laws import Law
 
 _FREE = ("free", None)
-#: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
-_STEP = 1e-100
 
 
 class Photocentre(SunlitObservations, SkyObservations):
@@ -111,7 +109,7 @@ class Photocentre(SunlitObservations, SkyObservations):
         DataColumn("group", required=False, kind="labels", named=True),
     )
     _options = ("frame",)
-    _observed_what = "a photocentre"
+    _quantity = "a photocentre"
 
     def __init__(
         self,
@@ -147,11 +145,11 @@ class Photocentre(SunlitObservations, SkyObservations):
             expected = "(K,), along the scan" if scan_angle is not None else "(K, 2), east and north, or scan_angle="
             raise InvalidInput(f"offset of Photocentre has shape {shape}; expected {expected}")
         super().__init__(rows, geometry)
-        self._sunlit(law, albedo, mutual, sun_radius)
-        values, errors = (rows.of(name, *size).reshape(len(self), -1) for name in ("offset", "sigma"))
+        self._set_light_options(law, albedo, mutual, sun_radius)
+        values, errors = (rows.column(name, *size).reshape(len(self), -1) for name in ("offset", "sigma"))
         refuse_rounded(offset, values.ravel(), errors.ravel(), "offset of Photocentre")
-        self._keep(values, errors, unit, frame)
-        self._scan = None if scan_angle is None else rows.of("scan_angle")
+        self._set_angles(values, errors, unit, frame)
+        self._scan = None if scan_angle is None else rows.column("scan_angle")
         self._scan_unit = scan_angle.unit if is_quantity(scan_angle) else None
         together = np.zeros(len(self), dtype=int)
         #: Names of the transits and of the groups, and the index of each row among them.
@@ -159,7 +157,7 @@ class Photocentre(SunlitObservations, SkyObservations):
         self.groups, self._group = labels_of(group, "group of Photocentre", rows, together)
         self._common = np.zeros(len(self))
         if sigma_transit is not None:
-            self._common = positive_rows(rows.of("sigma_transit"), "sigma_transit of Photocentre")
+            self._common = positive_rows(rows.column("sigma_transit"), "sigma_transit of Photocentre")
         self.position = choice(position, "position", _FREE)
         self.drift = choice(drift, "drift", _FREE)
         self.orbit = choice(orbit, "orbit", _FREE)
@@ -239,7 +237,7 @@ class Photocentre(SunlitObservations, SkyObservations):
         by_state, by_mass = [], []
         for row in np.moveaxis(by_centre, 1, 0):
             chained = (np.einsum("kx,kxny->kny", row, by) for by in (by_position, by_rotation))
-            parts = by_states(system, states, retarded, *chained)
+            parts = derivatives_by_states(system, states, retarded, *chained)
             by_state.append(parts[0])
             by_mass.append(parts[1])
         masses = {f"mass of {body}": np.stack(by_mass, 1)[:, :, k] for k, body in enumerate(system.context.names)}
@@ -283,7 +281,7 @@ class Photocentre(SunlitObservations, SkyObservations):
             columns.append(np.stack([_derivative(line, 0.0, change @ axes.T) for change in moved], axis=-1))
         return self._along(np.concatenate(columns, axis=2))
 
-    def _described(self) -> list[tuple[str, str]]:
+    def _summary(self) -> list[tuple[str, str]]:
         free = (("position", self.position), ("drift", self.drift), ("orbit", self.orbit))
         direction = "east and north" if self._scan is None else "along the scan"
         options = [(what, str(value)) for what, value in free if value is not None]
@@ -292,7 +290,7 @@ class Photocentre(SunlitObservations, SkyObservations):
 
 def _derivative(line: Floats, centre: Any, change: Floats) -> Floats:
     """Return the derivatives (K, 2) of offsets in the sky by changes (K, 3) or (3,) of a centre (K, 3)."""
-    return np.asarray(offsets(line, centre + 1j * _STEP * change).imag / _STEP)
+    return np.asarray(offsets(line, centre + 1j * IMAGINARY_STEP * change).imag / IMAGINARY_STEP)
 
 
 def _scan_angles(scan_angle: Any) -> Floats:

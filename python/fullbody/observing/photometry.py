@@ -15,13 +15,13 @@ from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
 from .columns import DataColumn, column, labels_of, positive_rows
-from .exposure import exposure_rule
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
 from .linear import LinearUnknown
 from .predictions import DesignArgument
 from .series import RotationSeries, rotation_angle
-from .sunlit import SunlitObservations, by_states
+from .sunlit import SunlitObservations, derivatives_by_states
+from .times import exposure_rule
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
@@ -137,15 +137,15 @@ class Photometry(SunlitObservations):
         columns = {"magnitude": magnitude, "sigma": sigma}
         rows, _ = self._read(times, columns, "mag", ("magnitude",), numbers, mixed=True)
         super().__init__(rows, geometry)
-        self._sunlit(law, albedo, mutual, sun_radius)
-        self.magnitude = rows.of("magnitude")
-        self._sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
+        self._set_light_options(law, albedo, mutual, sun_radius)
+        self.magnitude = rows.column("magnitude")
+        self._sigma = positive_rows(rows.column("sigma"), "sigma of Photometry")
         self.reduced, self.exposure = reduced, exposure
         flag(reduced, "reduced")
         if not (isinstance(zero, str) and zero == "free"):
             UNITLESS.number(zero, "number", "zero", Limits(text="'free' or a finite number"))
         self.zero = zero
-        self.airmass = None if airmass is None else rows.of("airmass")
+        self.airmass = None if airmass is None else rows.column("airmass")
         self.drift = choice(drift, "drift", ("free", None))
         self.phase_slope = choice(phase_slope, "phase_slope", ("free", None))
         if rotation is not None:
@@ -251,7 +251,9 @@ class Photometry(SunlitObservations):
         angle, by_rotation = self._rotation_angle(system, states)
         rotation = np.zeros_like(states["spin"])
         rotation[:, system.context.index(self.rotation.body, "body of RotationSeries")] = by_rotation
-        by_state, by_mass = by_states(system, states, self._retarded(system, states), 0.0 * rotation, rotation)
+        by_state, by_mass = derivatives_by_states(
+            system, states, self._retarded(system, states), 0.0 * rotation, rotation
+        )
         slope = np.zeros((len(self), 1, len(self._linear_unknowns(system))))
         slope[:, 0, -2 * self.rotation.order :] = self.rotation.terms(angle)[1]
         masses = {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
@@ -266,8 +268,8 @@ class Photometry(SunlitObservations):
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         photometer, light = self._photometer(system), np.zeros((len(self), len(system.context)))
-        for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
-            epochs = self._epochs(system, states, self._retarded(system, states, masses, since))
+        for time, weight in exposure_rule(self.exposure, system):
+            epochs = self._epochs(system, states, self._retarded(system, states, masses, time))
             light += weight * photometer.brightness(epochs)
         zero = 0.0 if self.zero == "free" else float(self.zero)
         local, times = local_geometry(self.geometry, system), self._clock(system)
@@ -286,11 +288,11 @@ class Photometry(SunlitObservations):
         light, by_axes = np.zeros((len(self), count)), np.zeros((len(self), count, 3))
         by_state, by_mass = np.zeros((len(self), 12 * count)), np.zeros((len(self), count))
         by_surfaces = np.zeros((len(self), len(deformations)))
-        for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
-            retarded = self._retarded(system, states, None, since)
+        for time, weight in exposure_rule(self.exposure, system):
+            retarded = self._retarded(system, states, None, time)
             result = photometer.derivatives(self._epochs(system, states, retarded), bool(deformations))
             position, rotation = (weight * part.sum(axis=1) for part in (result.position, result.rotation))
-            of_state, of_mass = by_states(system, states, retarded, position, rotation)
+            of_state, of_mass = derivatives_by_states(system, states, retarded, position, rotation)
             light += weight * result.brightness
             by_state += of_state
             by_mass += of_mass
@@ -309,7 +311,7 @@ class Photometry(SunlitObservations):
         direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
         return by_state[:, None], direct
 
-    def _described(self) -> list[tuple[str, str]]:
+    def _summary(self) -> list[tuple[str, str]]:
         free = [("drift", self.drift), ("phase slope", self.phase_slope), ("rotation", self.rotation)]
         free += [("airmass slope", None if self.airmass is None else "free")]
         options = [(what, str(value)) for what, value in free if value is not None]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.figures import LINES, grid, legend, line, matplotlib, panels, single, unit_of
 from ..base.foreign import are_dates
-from ..record.record import Record
+from ..typing import Floats
 
 
 def draw(
@@ -68,31 +68,40 @@ def time_axis(times: Any) -> tuple[Any, str]:
     return np.asarray(getattr(times, "value", times)), f"time since the epoch [{unit_of(times)}]"
 
 
-def draw_chords(data: Any, run: Record, ax: Any, kwargs: dict[str, Any]) -> Any:
+class ChordPicture(NamedTuple):
+    """Chords in the plane of the sky that moves with the barycentre, to the east and to the north, in a unit of length.
+
+    Attributes
+    ----------
+    chords : list of ndarray, (2, 2) or (1, 2)
+        The ends of each chord.
+    errors : list of ndarray, (2, 2)
+        The ends of the bars of standard errors along the chords.
+    misses : ndarray, (M, 2)
+        The lines of sight of misses in the middle of their intervals.
+    outlines : dict of list of ndarray, (R, 2)
+        Lines of the outline of each body, which has NaN between separate lines.
+    """
+
+    chords: list[Floats]
+    errors: list[Floats]
+    misses: Floats
+    outlines: dict[str, list[Floats]]
+
+
+def draw_chords(picture: ChordPicture, unit: str, ax: Any, kwargs: dict[str, Any]) -> Any:
     """Draw chords and outlines; see :meth:`fullbody.observing.StellarOccultation.plot`."""
     ax = single(ax, (5.5, 5.0))
-    sky, sigma = data.sky(run), data.errors_in(run.system)
-    seen = data.sign != 0.0
     style = {"color": "0.3", "linewidth": 1.0} | kwargs
-    for station in np.unique(data.station[seen]):
-        rows = np.flatnonzero(seen & (data.station == station))
-        ends = sky.points[rows]
-        ax.plot(*ends.T, marker="o" if len(rows) == 1 else "", markersize=2.5, **style)
-        if len(rows) == 2:
-            times = data.times_in(run.system)[rows]
-            velocity = (ends[1] - ends[0]) / (times[1] - times[0])
-            for end, error in zip(ends, sigma[rows], strict=True):
-                ax.plot(
-                    *np.transpose([end - error * velocity, end + error * velocity]),
-                    color=LINES[4]["color"],
-                    linewidth=2.2,
-                )
-    if not seen.all():
-        ax.plot(*sky.points[~seen].T, ".", color="0.6", label="miss")
-    for k, (name, lines) in enumerate(sky.outlines.items()):
+    for chord in picture.chords:
+        ax.plot(*chord.T, marker="o" if len(chord) == 1 else "", markersize=2.5, **style)
+    for bar in picture.errors:
+        ax.plot(*bar.T, color=LINES[4]["color"], linewidth=2.2)
+    if len(picture.misses):
+        ax.plot(*picture.misses.T, ".", color="0.6", label="miss")
+    for k, (name, lines) in enumerate(picture.outlines.items()):
         for outline in lines:
             ax.plot(*outline.T, color=LINES[k % 3]["color"], linewidth=1.4, label=name if outline is lines[0] else None)
-    unit = unit_of(run.context.units.attach(1.0, "length"))
     ax.set_xlabel(f"east [{unit}]")
     ax.set_ylabel(f"north [{unit}]")
     ax.set_aspect("equal")

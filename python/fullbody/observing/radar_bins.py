@@ -47,7 +47,8 @@ class RadarEchoes(Observations):
     """
 
     _columns = (DataColumn("power"), DataColumn("sigma"))
-    _error_names = ("_sigma",)
+    _options = ("polarization", "gain", "looks")
+    _depends_on_figures = True
     #: Coefficients of a polynomial in time that is added to the delays.
     delay_correction: tuple[Any, ...] = ()
 
@@ -83,7 +84,7 @@ class RadarEchoes(Observations):
         rows = Rows(times, flat, (), owner)
         super().__init__(rows, geometry)
         size = flat["power"].shape[1]
-        self._power, sigmas = rows.of("power", size), positive_rows(rows.of("sigma", size), f"sigma of {owner}")
+        self._power, sigmas = rows.column("power", size), positive_rows(rows.column("sigma", size), f"sigma of {owner}")
         refuse_rounded(power, self._power.ravel(), sigmas.ravel(), f"power of {owner}")
         if looks is not None:
             number = UNITLESS.number(looks, "number", f"looks of {owner}", _LOOKS)
@@ -122,11 +123,7 @@ class RadarEchoes(Observations):
         shaped = values.reshape(len(values), *self._bins)
         return shaped if self._unit is None else shaped * self._unit
 
-    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        meta = {"polarization": self.polarization, "gain": self.gain, "looks": self.looks}
-        return {"power": self.power, "sigma": self.sigma}, meta
-
-    def _widen(self, jitter: Any) -> None:
+    def _add_jitter(self, jitter: Any) -> None:
         self._sigma = np.hypot(self._sigma, jitter_of(jitter, self._unit))
 
     def _scale(self, system: SystemLike) -> float:
@@ -162,9 +159,6 @@ class RadarEchoes(Observations):
 
     def _attach(self, values: Floats, system: SystemLike) -> Any:
         return self._shaped(values / self._scale(system))
-
-    def _depends_on_figures(self) -> bool:
-        return True
 
     def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
         return (LinearUnknown("gain"),) if self.gain == "free" else ()
@@ -270,6 +264,6 @@ class RadarEchoes(Observations):
                     result[..., 12 * body + 3 * kind + axis] = difference(change, _SHARE * size)
         return result
 
-    def _described(self) -> list[tuple[str, str]]:
+    def _summary(self) -> list[tuple[str, str]]:
         bins = " x ".join(map(str, self._bins))
         return [("bins", bins), ("gain", str(self.gain)), ("law", repr(self.options.law))]

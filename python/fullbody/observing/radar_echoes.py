@@ -15,7 +15,7 @@ from ..record.record import Record
 from .echoes import DIMENSIONS, Echo, EchoModel, RadarOptions, bin_edges
 from .radar_laws import Cosine
 from .states import retarded
-from .times import in_system
+from .times import to_system_times
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
@@ -229,7 +229,7 @@ def _echo(
     system, units = run.system, run.context.units
     flag(per_body, "per_body")
     model, local = EchoModel(system, geometry, options), local_geometry(geometry, system)
-    arrival = np.atleast_1d(in_system(times, system, "times"))
+    arrival = np.atleast_1d(to_system_times(times, system, "times"))
     if arrival.ndim != 1:
         raise InvalidInput(f"times has shape {arrival.shape}; expected (K,)")
     edges = bin_edges(system, bins)

@@ -1,7 +1,8 @@
-"""The plane of the sky: its axes, offsets of bodies in it, and angles with units."""
+"""The plane of the sky: its axes, offsets of bodies in it, angles with units, and observations of such angles."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,9 @@ import numpy as np
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from ..typing import Floats
-from .vectors import turn
+from .columns import Rows, positive_rows
+from .data import Observations
+from .vectors import cached_rotation, rotation_to_system
 
 #: The largest offset, a degree in radians, that causes no warning if it is a plain number.
 _WIDEST = np.pi / 180.0
@@ -17,15 +20,13 @@ _WIDEST = np.pi / 180.0
 
 def sky_axes(system: SystemLike, frame: Any, what: str) -> Floats:
     """Return the matrix (3, 3) from a system's axes to those of the sky."""
-    if system.context.frame is None:
-        raise InvalidInput(f"{what} needs to know the axes of the system; give fullbody.System(..., frame='ecliptic')")
-    return turn(system.context.frame, frame)
+    return rotation_to_system(frame, system, what).T
 
 
 def pole_of(system: SystemLike) -> Floats:
     """Return the north pole (3,) of the sky along the axes of a system, or its z-axis if they are not known."""
     pole = np.array([0.0, 0.0, 1.0])
-    return pole if system.context.frame is None else turn("equatorial", system.context.frame) @ pole
+    return pole if system.context.frame is None else cached_rotation("equatorial", system.context.frame) @ pole
 
 
 def east_and_north(directions: Floats, pole: Floats) -> Floats:
@@ -87,3 +88,64 @@ def warn_if_wide(radians: Floats, what: str) -> None:
             f"{what} have values up to {largest:.6g} radians, {np.degrees(largest):.3g} degrees; give arc seconds as "
             f"Quantities, such as {largest:.6g} * u.arcsec"
         )
+
+
+class SkyObservations(Observations):
+    """Base of observations of angles in the sky: K rows of C numbers in radians, with their standard errors.
+
+    Attributes
+    ----------
+    unit : unit or None
+        The unit of the angles; ``None`` for plain numbers, which are radians.
+    frame : str or astropy frame
+        The axes of the sky.
+    """
+
+    _error_unit = "rad"
+    _values: Floats
+    _sigma: Floats
+
+    def _set_angles(self, values: Floats, sigma: Floats, unit: Any, frame: Any) -> None:
+        """Keep values (K, C) and standard errors in radians, after checks of their sizes."""
+        owner = type(self).__name__
+        cached_rotation("equatorial", frame)
+        if unit is None:
+            warn_if_wide(values, f"the offsets of {owner}")
+        self.unit, self.frame = unit, frame
+        self._values, self._sigma = values, positive_rows(sigma, f"sigma of {owner}")
+
+    @property
+    def sigma(self) -> Any:
+        """Standard errors (K,), or (K, C) with one for each number of a row."""
+        return in_unit(self._sigma, self.unit)
+
+    def _observed(self, system: SystemLike) -> Floats:
+        return self._values
+
+    def _attach(self, values: Floats, system: SystemLike) -> Any:
+        return in_unit(values, self.unit)
+
+
+class SkyPoints(SkyObservations):
+    """Base of observations of points in the sky, each with offsets to the east and to the north."""
+
+    def _read_points(
+        self, times: Any, points: Mapping[str, Any], others: dict[str, Floats], geometry: Any, frame: Any, *shape: int
+    ) -> Rows:
+        """Read ``east``, ``north`` and ``sigma``, which has a shape in each row, and return the rows."""
+        rows, unit = self._read(times, points, "rad", ("east", "north"), others)
+        super().__init__(rows, geometry)
+        self._set_angles(
+            np.stack([rows.column("east"), rows.column("north")], axis=1), rows.column("sigma", *shape), unit, frame
+        )
+        return rows
+
+    @property
+    def east(self) -> Any:
+        """Offsets (K,) along the parallel to the east."""
+        return in_unit(self._values[:, 0], self.unit)
+
+    @property
+    def north(self) -> Any:
+        """Offsets (K,) along the meridian to the north."""
+        return in_unit(self._values[:, 1], self.unit)

@@ -20,8 +20,7 @@ Span = tuple[float, float]
 def spans_below_zero(measure: Callable[[Floats], Floats], nodes: Floats) -> list[Span]:
     """Return the spans of time in which a measure is negative, to the last digits.
 
-    Extrema between the nodes (T,) are searched, so that a graze is found. A span that is cut by an end of the nodes
-    ends there.
+    Extrema between the nodes (T,) are searched, so that a graze is found. Spans end at the first and the last node.
     """
     with need("observing", "a search for chords"):
         from scipy.optimize import brentq
@@ -53,21 +52,23 @@ def _extremum(measure: Callable[[Floats], Floats], times: Floats, values: Floats
     """Return the time and value of the extremum within three times, towards zero; it ends where the sign changes."""
     sign = 1.0 if values[1] > 0.0 else -1.0
     a, b = float(times[0]), float(times[2])
-    best, least = float(times[1]), float(values[1])
+    extremum, value = float(times[1]), float(values[1])
     for _ in range(_EXTREMA):
         trial = np.linspace(a, b, 9)[1:-1]
         measures = measure(trial)
         k = int(np.argmin(sign * measures))
         step = (b - a) / 8.0
-        if sign * measures[k] < sign * least:
-            best, least = float(trial[k]), float(measures[k])
-        if sign * least <= 0.0 or step <= 4.0 * np.spacing(abs(best)):
+        if sign * measures[k] < sign * value:
+            extremum, value = float(trial[k]), float(measures[k])
+        if sign * value <= 0.0 or step <= 4.0 * np.spacing(abs(extremum)):
             break
-        a, b = max(a, best - step), min(b, best + step)
-    return best, least
+        a, b = max(a, extremum - step), min(b, extremum + step)
+    return extremum, value
 
 
-def lowest(function: Callable[[Floats], Floats], first: float, last: float, trials: int, searches: int) -> Span:
+def minimum(
+    function: Callable[[Floats], Floats], first: float, last: float, trials: int, searches: int
+) -> tuple[float, float]:
     """Return the time between two at which a function of times is least, and the function there.
 
     Each search takes a number of ``trials`` and narrows the time down to the two intervals about the least of them.

@@ -283,8 +283,8 @@ def test_tables_have_dates_where_the_system_has_an_epoch():
         ({"star": [0.0, 0.0, -1.0]}, "star is on the observer's side of the system"),
         ({"star": (1.0, 0.2)}, r"star is \(1.0, 0.2\), angles without a unit"),
         ({"star": "Vega"}, "star is 'Vega'"),
-        ({"star": SkyCoord([1.0, 2.0] * u.deg, [0.0, 0.0] * u.deg)}, "star has 2 places"),
-        ({"star": (10.0 * u.deg, 20.0 * u.deg)}, "axes of the system are not known"),
+        ({"star": SkyCoord([1.0, 2.0] * u.deg, [0.0, 0.0] * u.deg)}, "star has 2 positions"),
+        ({"star": (10.0 * u.deg, 20.0 * u.deg)}, "needs the axes of the system, which are not known"),
         (
             {"star": SkyCoord(1 * u.deg, 1 * u.deg, pm_ra_cosdec=1 * u.mas / u.yr, pm_dec=0 * u.mas / u.yr)},
             "without its date",

@@ -390,7 +390,7 @@ def test_bad_input_is_refused_by_name(options, message):
     [
         ({"body": "C"}, "body of StellarOccultation is 'C'"),
         ({"star": [0.0, 0.0, -1.0]}, "star is on the observer's side of the system at"),
-        ({"star": SkyCoord(1 * u.deg, 1 * u.deg)}, "axes of the system are not known"),
+        ({"star": SkyCoord(1 * u.deg, 1 * u.deg)}, "needs the axes of the system, which are not known"),
         (
             {"geometry": observing.Geometry([400.0, 600.0] * u.s, to_observer=[0.0, 0.0, -FAR] * u.km)},
             "do not move past",
