@@ -11,8 +11,8 @@ from ..base.kinds import flag
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
-from .centre_of_light import photocentre, semi_axes
 from .columns import DataColumn, column, jitter_of, positive_rows
+from .light_centres import photocentre, semi_axes
 from .sky import SkyPoints, in_unit, offsets, sky_axes
 from .vectors import Vectors, local_geometry
 

@@ -22,7 +22,7 @@ from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
 from .brightness import Epochs, by_name
-from .radar_laws import Cosine, RadarLaw
+from .laws import Cosine, RadarLaw
 from .states import DISTANT, RetardedStates, refuse_near
 from .times import LIGHT_SPEED, exposure_rule, kilometres, seconds
 from .vectors import SystemGeometry, Vectors, local_geometry
@@ -74,13 +74,13 @@ DIMENSIONS = {"frequencies": "rate", "delays": "time"}
 def bin_edges(system: SystemLike, edges: Mapping[str, Any], owner: str = "") -> dict[str, Floats]:
     """Return edges of bins by their names in a system's units, which are checked to be two or more and to increase."""
     result = {}
-    for name, given in edges.items():
+    for name, array in edges.items():
         what = f"{name} of {owner}" if owner else name
-        values = system.context.units.numbers(given, DIMENSIONS[name], what, ("E",), FINITE)
+        values = system.context.units.numbers(array, DIMENSIONS[name], what, ("E",), FINITE)
         if len(values) < 2:
             raise InvalidInput(f"{what} has {len(values)} values; expected the edges of bins, two or more")
-        if not (rising := np.diff(values) > 0.0).all():
-            k = int(np.argmin(rising))
+        if not (increases := np.diff(values) > 0.0).all():
+            k = int(np.argmin(increases))
             raise InvalidInput(f"{what} has {values[k + 1]} after {values[k]}; expected edges of bins that increase")
         result[name] = values
     return result
@@ -130,29 +130,29 @@ class EchoModel:
                 "one of the geometries of receiver and transmitter has directions only, plain numbers without light "
                 "time; expected distances of both, or directions of both"
             )
-        laws = by_name(options.law, names, "law")
-        described = [law._describe() for law in laws]
-        self._core = _core.Radar(list(system.context.bodies), described, options.mutual)
+        laws = [law._describe() for law in by_name(options.law, names, "law")]
+        self._core = _core.Radar(list(system.context.bodies), laws, options.mutual)
 
     def echo(self, retarded: RetardedStates, states: dict[str, Floats]) -> Echo:
         """Return the echoes of bodies in their retarded states."""
         attitude = retarded.attitude(states["attitude"], states["spin"])
         spin = np.einsum("knij,knj->kni", matrices(attitude), states["spin"])
         times, centre = retarded.times, retarded.centre
-        ways, vectors = [], []
+        paths, vectors = [], []
         for what, local in zip(("receiver", "transmitter"), self._antennas, strict=False):
             vector = local.observer(times)
             refuse_near(self.system, local, what, vector, centre, attitude, times, 1.0, DISTANT + 1.0)
-            ways.append(_ways(local, times, vector, centre, retarded.velocity))
+            paths.append(_path_differences(local, times, vector, centre, retarded.velocity))
             vectors.append(vector)
-        longer, rate, toward, turning = (sum(parts) for parts in zip(*(2 * ways)[:2], strict=True))
+        # One antenna counts twice, on the way to the bodies and back.
+        length, rate, direction, direction_rate = (sum(parts) for parts in zip(*(2 * paths)[:2], strict=True))
         factor = self.transmit_frequency / self.light_speed
-        at_centre = np.stack([-factor * rate, longer / self.light_speed], axis=-1)
-        by_frequency = factor * (np.cross(toward, spin) + turning)
+        at_centre = np.stack([-factor * rate, length / self.light_speed], axis=-1)
+        of_frequency = factor * (np.cross(direction, spin) + direction_rate)
         # A rotation about the line of sight would leave the rounding of the product, and split the echo at random.
-        sizes = np.linalg.norm([toward, spin, turning, by_frequency], axis=-1)
-        by_frequency[sizes[3] <= _PARALLEL * factor * (sizes[0] * sizes[1] + sizes[2])] = 0.0
-        gradients = np.stack([by_frequency, -toward / self.light_speed], axis=2)
+        sizes = np.linalg.norm([direction, spin, direction_rate, of_frequency], axis=-1)
+        of_frequency[sizes[3] <= _PARALLEL * factor * (sizes[0] * sizes[1] + sizes[2])] = 0.0
+        gradients = np.stack([of_frequency, -direction / self.light_speed], axis=2)
         distant = all(local.distant for local in self._antennas)
         epochs = Epochs(times, centre, attitude, vectors[0], vectors[-1], None, distant)
         return Echo(epochs, at_centre, gradients)
@@ -194,28 +194,30 @@ class EchoModel:
         return np.asarray(radii[:, None] * np.linalg.norm(echo.gradients, axis=-1))
 
 
-def _ways(
+def _path_differences(
     local: SystemGeometry, times: Floats, vector: Floats, centre: Floats, velocity: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return for bodies (K, N) the length of the way to an antenna minus that from the barycentre, the rate of change
+    """Return for bodies (K, N) the length of the path to an antenna minus that from the barycentre, the rate of change
     of this difference, the unit vectors to the antenna, and their rates of change.
     """
-    from_barycentre, moving = vector[:, None], local.observer_velocity(times)[:, None]
-    far = np.linalg.norm(from_barycentre, axis=-1)
-    axis = from_barycentre / far[..., None]
-    rate = _dot(axis, moving)
+    from_barycentre, antenna_velocity = vector[:, None], local.observer_velocity(times)[:, None]
+    distance = np.linalg.norm(from_barycentre, axis=-1)
+    axis = from_barycentre / distance[..., None]
+    rate = _dot(axis, antenna_velocity)
     if local.distant:
-        turning = (moving - axis * rate[..., None]) / far[..., None]
-        toward, turning = (np.broadcast_to(part, centre.shape) for part in (axis, turning))
-        return -_dot(centre, toward), -_dot(velocity, toward) - _dot(centre, turning), toward, turning
-    way, moving = from_barycentre - centre, moving - velocity
-    length = np.linalg.norm(way, axis=-1)
-    toward = way / length[..., None]
-    receding = _dot(toward, moving)
-    turning = (moving - toward * receding[..., None]) / length[..., None]
+        axis_rate = (antenna_velocity - axis * rate[..., None]) / distance[..., None]
+        direction, direction_rate = (np.broadcast_to(part, centre.shape) for part in (axis, axis_rate))
+        difference_rate = -_dot(velocity, direction) - _dot(centre, direction_rate)
+        return -_dot(centre, direction), difference_rate, direction, direction_rate
+    separation, relative = from_barycentre - centre, antenna_velocity - velocity
+    length = np.linalg.norm(separation, axis=-1)
+    direction = separation / length[..., None]
+    length_rate = _dot(direction, relative)
+    direction_rate = (relative - direction * length_rate[..., None]) / length[..., None]
     # The difference of two nearly equal lengths is that of their squares over their sum.
-    longer = _dot(centre, centre - 2.0 * from_barycentre) / (length + far)
-    return longer, receding / (1.0 - _dot(toward, velocity) / local.light_speed) - rate, toward, turning
+    difference = _dot(centre, centre - 2.0 * from_barycentre) / (length + distance)
+    delayed = 1.0 - _dot(direction, velocity) / local.light_speed
+    return difference, length_rate / delayed - rate, direction, direction_rate
 
 
 def _dot(first: Floats, second: Floats) -> Floats:

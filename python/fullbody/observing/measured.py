@@ -61,9 +61,9 @@ class Measured(Tabled):
         self._value = np.atleast_1d(self._unitless(value, "value"))
         if self._value.ndim > 1:
             raise InvalidInput(f"value of {name} has shape {self._value.shape}; expected one number, or (C,)")
-        spread = self._unitless(sigma, "sigma", POSITIVE)
+        errors = self._unitless(sigma, "sigma", POSITIVE)
         try:
-            self._sigma = np.array(np.broadcast_to(spread, self._value.shape))
+            self._sigma = np.array(np.broadcast_to(errors, self._value.shape))
         except ValueError as error:
             raise InvalidInput(f"sigma of {name} has shape {np.shape(sigma)}; expected {self._value.shape}") from error
 
@@ -71,8 +71,8 @@ class Measured(Tabled):
         """Return numbers in the unit of the measured value."""
         value = gathered(value, f"{what} of {self.name}")
         if is_quantity(value) != (self.unit is not None):
-            wanted = "a plain number" if self.unit is None else f"a unit such as {self.unit}"
-            raise InvalidInput(f"{what} of {self.name} is {value!r}; expected {wanted}")
+            expected = "a plain number" if self.unit is None else f"a unit such as {self.unit}"
+            raise InvalidInput(f"{what} of {self.name} is {value!r}; expected {expected}")
         numbers = value if self.unit is None else strip_to(value, self.unit, f"{what} of {self.name}")
         return UNITLESS.numbers(numbers, "number", f"{what} of {self.name}", limits=limits)
 
@@ -86,9 +86,8 @@ class Measured(Tabled):
         """
         if self.times is None:
             raise InvalidInput(f"{self.name} has no times; give Measured(..., times=) to say when its run is sampled")
-        return system.context.units.attach(
-            np.sort(to_system_times(self.times, system, f"times of {self.name}").ravel()), "time"
-        )
+        times = to_system_times(self.times, system, f"times of {self.name}")
+        return system.context.units.attach(np.sort(times.ravel()), "time")
 
     @property
     def value(self) -> Any:
@@ -139,8 +138,8 @@ class Measured(Tabled):
         -------
         ndarray of Axes, (2, 1)
         """
-        across = np.arange(len(self._value)), "index of the value"
-        return draw(across, {self.name: (self.predict(run), self.residuals(run), self.sigma)}, axes, kwargs)
+        indices = np.arange(len(self._value)), "index of the value"
+        return draw(indices, {self.name: (self.predict(run), self.residuals(run), self.sigma)}, axes, kwargs)
 
     def _tables(self) -> tuple[Table, ...]:
         return (Table(self.name, (), [("value", str(self.value)), ("sigma", str(self.sigma))]),)

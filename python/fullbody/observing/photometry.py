@@ -14,6 +14,7 @@ from ..base.units import UNITLESS, is_quantity
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
+from .brightness import phase_angle
 from .columns import DataColumn, column, labels_of, positive_rows
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
@@ -217,7 +218,7 @@ class Photometry(SunlitObservations):
             middle = np.bincount(self._night, times) / np.bincount(self._night)
             columns.append(night * (times - middle[self._night])[:, None])
         if self.phase_slope is not None:
-            columns.append(self._phase_angle(system)[:, None])
+            columns.append(phase_angle(*self._directions(system))[:, None])
         if self.rotation is not None:
             columns.append(self.rotation.terms(self._rotation_angle(system, states)[0])[0])
         return np.concatenate(columns, axis=1)[:, None] if columns else np.zeros((len(self), 1, 0))
@@ -226,12 +227,8 @@ class Photometry(SunlitObservations):
         """Return unit vectors (K, 3) from the barycentre to the observer and to the Sun."""
         local, times = local_geometry(self.geometry, system), self._clock(system)
         vectors = local.observer(times), local.sun(times)
-        toward, sunward = (vector / np.linalg.norm(vector, axis=1, keepdims=True) for vector in vectors)
-        return toward, sunward
-
-    def _phase_angle(self, system: SystemLike) -> Floats:
-        toward, sunward = self._directions(system)
-        return np.asarray(2.0 * np.arctan2(*(np.linalg.norm(toward + s * sunward, axis=1) for s in (-1.0, 1.0))))
+        to_observer, to_sun = (vector / np.linalg.norm(vector, axis=1, keepdims=True) for vector in vectors)
+        return to_observer, to_sun
 
     def _rotation_angle(self, system: SystemLike, states: dict[str, Floats]) -> tuple[Floats, Floats]:
         """Return the rotation angle (K,) of the series' body, and its derivatives (K, 3) by the body's rotation."""
@@ -239,9 +236,9 @@ class Photometry(SunlitObservations):
         body = system.context.index(self.rotation.body, "body of RotationSeries")
         retarded = self._retarded(system, states)
         attitude = retarded.attitude(states["attitude"], states["spin"])
-        middle = np.sum(self._directions(system), axis=0)
-        middle /= np.linalg.norm(middle, axis=1, keepdims=True)
-        return rotation_angle(system.context.names[body], attitude[:, body], states["spin"][:, body], middle)
+        bisector = np.sum(self._directions(system), axis=0)
+        bisector /= np.linalg.norm(bisector, axis=1, keepdims=True)
+        return rotation_angle(system.context.names[body], attitude[:, body], states["spin"][:, body], bisector)
 
     def _design_arguments(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str]
@@ -282,8 +279,9 @@ class Photometry(SunlitObservations):
 
         The photometer gives the derivatives with respect to poses, semi-axes and surfaces.
         """
-        all_deformations = system.context.deformations
-        deformations = {name: all_deformations[name] for name in parameters if name in all_deformations}
+        deformations = {
+            name: system.context.deformations[name] for name in parameters if name in system.context.deformations
+        }
         photometer, count = self._photometer(system), len(system.context)
         light, by_axes = np.zeros((len(self), count)), np.zeros((len(self), count, 3))
         by_state, by_mass = np.zeros((len(self), 12 * count)), np.zeros((len(self), count))
@@ -301,15 +299,14 @@ class Photometry(SunlitObservations):
                 by_surfaces += weight * result.along(list(deformations.values()))
         factor = -2.5 / np.log(10.0) / self._total(light)
         by_state, by_mass = factor[:, None] * by_state, factor[:, None] * by_mass
-        axes: dict[str, Floats] = {
+        known: dict[str, Floats] = {
             f"semi-axis {axis} of {body}": factor[:, None] * by_axes[:, index, [k]]
             for index, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")
         }
-        axes |= {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
-        axes |= {name: factor[:, None] * by_surfaces[:, [d]] for d, name in enumerate(deformations)}
-        direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
-        return by_state[:, None], direct
+        known |= {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
+        known |= {name: factor[:, None] * by_surfaces[:, [d]] for d, name in enumerate(deformations)}
+        return by_state[:, None], self._direct_partials(system, states, parameters, known)
 
     def _summary(self) -> list[tuple[str, str]]:
         free = [("drift", self.drift), ("phase slope", self.phase_slope), ("rotation", self.rotation)]

@@ -36,16 +36,20 @@ def draw(
     ndarray of Axes, (2, C)
     """
     flat, result = panels(axes, (2, len(parts)), (0.6 + 4.6 * len(parts), 4.8))
-    places, label = across
+    x_values, label = across
     for k, (name, (predicted, residual, sigma)) in enumerate(parts.items()):
         above, below = flat[k], flat[len(parts) + k]
         unit = f" [{unit_of(residual)}]" if hasattr(residual, "unit") else ""
-        model, left, errors = (np.asarray(getattr(values, "value", values)) for values in (predicted, residual, sigma))
+        model, difference, errors = (
+            np.asarray(getattr(values, "value", values)) for values in (predicted, residual, sigma)
+        )
         style = {"linestyle": "", "marker": ".", "markersize": 4.0, "color": "k", "elinewidth": 0.7, **kwargs}
-        above.plot(places, model, **line(0, {"marker": "_", "linestyle": "", "markersize": 7.0, "label": "predicted"}))
-        above.errorbar(places, model + left, errors, **{"label": "observed", **style})
+        above.plot(
+            x_values, model, **line(0, {"marker": "_", "linestyle": "", "markersize": 7.0, "label": "predicted"})
+        )
+        above.errorbar(x_values, model + difference, errors, **{"label": "observed", **style})
         below.axhline(0.0, **line(0, {}))
-        below.errorbar(places, left, errors, **style)
+        below.errorbar(x_values, difference, errors, **style)
         above.set_ylabel(f"{name}{unit}")
         below.set_ylabel(f"observed \N{MINUS SIGN} predicted{unit}")
         below.set_xlabel(label)
@@ -53,7 +57,7 @@ def draw(
             grid(ax)
             if name == "magnitude" and not ax.yaxis_inverted():
                 ax.invert_yaxis()
-        if np.asarray(places).dtype == object:
+        if np.asarray(x_values).dtype == object:
             locator = matplotlib("dates").AutoDateLocator(maxticks=6)
             below.xaxis.set_major_locator(locator)
             below.xaxis.set_major_formatter(matplotlib("dates").ConciseDateFormatter(locator))

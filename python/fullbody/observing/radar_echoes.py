@@ -13,7 +13,7 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput, interruptible
 from ..record.record import Record
 from .echoes import DIMENSIONS, Echo, EchoModel, RadarOptions, bin_edges
-from .radar_laws import Cosine
+from .laws import Cosine
 from .states import retarded
 from .times import to_system_times
 from .vectors import Vectors, local_geometry
@@ -21,7 +21,7 @@ from .vectors import Vectors, local_geometry
 if TYPE_CHECKING:
     import xarray
 
-    from .radar_laws import RadarLaw
+    from .laws import RadarLaw
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -234,8 +234,8 @@ def _echo(
         raise InvalidInput(f"times has shape {arrival.shape}; expected (K,)")
     edges = bin_edges(system, bins)
 
-    def echo(since: float) -> Echo:
-        states, retarded_states = retarded(run, local, arrival + since, "time of a radar echo")
+    def echo(time: float) -> Echo:
+        states, retarded_states = retarded(run, local, arrival + time, "time of a radar echo")
         return model.echo(retarded_states, states)
 
     power = model.mean_power(echo, edges)

@@ -22,24 +22,24 @@ class Report(NamedTuple):
     Attributes
     ----------
     name : str
-    date : tuple of int, (3,)
-        The year, the month and the day, in UTC, from whose beginning times count.
+    date : str
+        The day, such as ``2024-03-01``, from whose beginning in UTC times count.
     position : tuple of float, (3,)
         Longitude and latitude in degrees, and the height in m, on the ellipsoid of WGS84.
-    times, errors : tuple of float, (2,)
+    times, errors : sequence of float, (2,)
         The times of disappearance and reappearance in s, NaN where they were not timed, with their standard errors.
-    watched : tuple of float, (2,), or None
+    watched : sequence of float, (2,), or None
         The first and the last time of the watch.
     body : str
         ``"main"`` or ``"satellite"``.
     """
 
     name: str
-    date: tuple[int, int, int]
+    date: str
     position: tuple[float, float, float]
-    times: tuple[float, float]
-    errors: tuple[float, float]
-    watched: tuple[float, float] | None
+    times: Sequence[float]
+    errors: Sequence[float]
+    watched: Sequence[float] | None
     body: str
 
 
@@ -52,13 +52,6 @@ def to_degrees(text: str, what: str) -> float:
     return -size if sign == "-" else size
 
 
-def sexagesimal(degrees: float, digits: int) -> str:
-    """Return an angle as degrees, of a number of digits, minutes and seconds with a sign."""
-    minutes, seconds = divmod(round(abs(degrees) * 3600.0, 2), 60.0)
-    integer, minutes = divmod(int(minutes), 60)
-    return f"{'-' if degrees < 0.0 else '+'}{integer:0{digits}d} {minutes:02d} {seconds:05.2f}"
-
-
 def to_seconds(text: str, what: str) -> float:
     """Return the seconds since the beginning of the day of a time such as ``23 59 60.12``; hours may be above 24."""
     if (match := _TIME.fullmatch(text.strip())) is None:
@@ -66,11 +59,21 @@ def to_seconds(text: str, what: str) -> float:
     return sum(float(part) * size for part, size in zip(match.groups(), (3600.0, 60.0, 1.0), strict=True))
 
 
-def clock(seconds: float, separator: str) -> str:
+def angle_text(degrees: float, digits: int) -> str:
+    """Return an angle as degrees, of a number of digits, minutes and seconds with a sign."""
+    return ("-" if degrees < 0.0 else "+") + _sexagesimal(abs(degrees) * 3600.0, digits, 2, " ")
+
+
+def time_text(seconds: float, separator: str) -> str:
     """Return a time of seconds since the beginning of the day as hours, minutes and seconds to 1 ms."""
-    hours, remainder = divmod(round(seconds, 3), 3600.0)
-    minutes, seconds = divmod(remainder, 60.0)
-    return separator.join((f"{int(hours):02d}", f"{int(minutes):02d}", f"{seconds:06.3f}"))
+    return _sexagesimal(seconds, 2, 3, separator)
+
+
+def _sexagesimal(seconds: float, digits: int, decimals: int, separator: str) -> str:
+    """Return a number of seconds as units of 3600, of a number of digits, of 60 and of one."""
+    minutes, seconds = divmod(round(seconds, decimals), 60.0)
+    first, minutes = divmod(int(minutes), 60)
+    return f"{first:0{digits}d}{separator}{minutes:02d}{separator}{seconds:0{decimals + 3}.{decimals}f}"
 
 
 def arguments_of(reports: Sequence[Report]) -> dict[str, Any]:
@@ -82,7 +85,7 @@ def arguments_of(reports: Sequence[Report]) -> dict[str, Any]:
         from astropy.coordinates import EarthLocation
         from astropy.time import Time
 
-    days = Time(["{:04d}-{:02d}-{:02d}".format(*report.date) for report in reports], scale="utc")
+    days = Time([report.date for report in reports], scale="utc")
     times = np.array([report.times for report in reports])
     longitude, latitude, height = np.array([report.position for report in reports]).T
     arguments: dict[str, Any] = {
@@ -131,10 +134,9 @@ def reports_of(
     """
     from astropy.time import Time
 
-    times_of_contacts, missing = unmasked(chords.utc)
-    first = times_of_contacts[~missing].min().isot[:10]
-    year, month, day = (int(part) for part in first.split("-"))
-    start = Time(first, scale="utc")
+    contacts, missing = unmasked(chords.utc)
+    date = contacts[~missing].min().isot[:10]
+    start = Time(date, scale="utc")
 
     def seconds(dates: Any) -> Any:
         values, missing = unmasked(dates.utc)
@@ -145,8 +147,7 @@ def reports_of(
     reports = []
     for k, (name, body) in enumerate(zip(names, bodies, strict=True)):
         geodetic = stations[k].to_geodetic("WGS84")
-        where = tuple(float(part) for part in (geodetic.lon.deg, geodetic.lat.deg, geodetic.height.to_value("m")))
-        watch = tuple(watches[k].tolist()) if np.isfinite(watches[k]).all() else None
-        error = tuple(np.broadcast_to(errors, times.shape)[k].tolist())
-        reports.append(Report(name, (year, month, day), where, tuple(times[k].tolist()), error, watch, body))  # type: ignore[arg-type]
+        position = float(geodetic.lon.deg), float(geodetic.lat.deg), float(geodetic.height.to_value("m"))
+        watch = watches[k].tolist() if np.isfinite(watches[k]).all() else None
+        reports.append(Report(name, date, position, times[k].tolist(), errors[k].tolist(), watch, body))
     return reports

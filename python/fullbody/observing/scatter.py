@@ -69,14 +69,12 @@ def standard_errors(sigma: Any, curves: Sequence[Curve], path: Any) -> Floats:
     if not estimated:
         raise InvalidInput(f"{path} has no errors, and {too_few[0]} too few points to estimate them; give sigma=")
     if sigma is None:
-        remainder = (
-            f"; {len(too_few)} curves with too few points, such as {too_few[0]}, have the median of the others"
-            if too_few
-            else ""
-        )
+        others = ""
+        if too_few:
+            others = f"; {len(too_few)} curves with too few points, such as {too_few[0]}, have the median of the others"
         caution(
             f"{path} has no standard errors of {len(curves)} curves; they are estimated from the scatter about cubics "
-            f"through neighbouring points, {min(estimated):.2g} to {max(estimated):.2g} mag{remainder}; "
-            "give sigma=, or sigma='estimate' to accept this"
+            f"through neighbouring points, {min(estimated):.2g} to {max(estimated):.2g} mag"
+            f"{others}; give sigma=, or sigma='estimate' to accept this"
         )
     return np.array([np.median(estimated) if estimate is None else estimate for estimate in estimates])

@@ -14,11 +14,11 @@ import numpy as np
 from ..base.atomic import replacing
 from ..errors import InvalidInput
 from ..files.text import Text, naming
-from .report import Report, arguments_of, clock, sexagesimal, to_degrees, to_seconds
+from .report import Report, angle_text, arguments_of, time_text, to_degrees, to_seconds
 
 #: The forms of dates, and the standard error in s of times whose report has none.
 _DATES, _SIGMA = ("%d %B %Y", "%d %b %Y", "%d.%m.%Y", "%Y-%m-%d"), 0.5
-_DAY = 86400.0
+_DAY, _NONE = 86400.0, (np.nan, np.nan)
 _FIELD = re.compile(r"#([^:]*):(.*)")
 
 
@@ -31,6 +31,7 @@ def read_sodis(paths: Any) -> dict[str, Any]:
 
 
 def _report(text: Text) -> Report:
+    """Return the report of a file."""
     fields: dict[str, tuple[int, str]] = {}
     for line, content in enumerate(text.lines, 1):
         if match := _FIELD.match(content):
@@ -54,26 +55,22 @@ def _report(text: Text) -> Report:
         with naming(f"{text.path}, line {line}"):
             return to_degrees(value, key.upper())
 
-    date = _date(text, *fields["date"])
-    begin, end = time("d"), time("r")
-    if end < begin:
-        # The night goes on after midnight.
-        end += _DAY
-    watch, watched = (time("startobs"), time("endobs")), None
-    if np.isfinite(watch).all():
-        watched = (watch[0], watch[1] + _DAY if watch[1] < watch[0] else watch[1])
-        if np.isfinite(begin) and begin < watched[0]:
-            begin, end = begin + _DAY, end + _DAY
+    first, begin, end, last = (time(key) for key in ("startobs", "d", "r", "endobs"))
+    watched = (first, last) if np.isfinite([first, last]).all() else None
+    # Times that are before the beginning of the watch, or of the chord, are after midnight.
+    start = first if watched else begin
+    begin, end, last = (moment + _DAY if moment < start else moment for moment in (begin, end, last))
+    watched = watched and (first, last)
     position = angle("longitude"), angle("latitude"), number("altitude", 0.0)
     errors = number("acc_d", _SIGMA), number("acc_r", _SIGMA)
     name = fields.get("observer1", (None, ""))[1]
-    return Report(name, (date.year, date.month, date.day), position, (begin, end), errors, watched, "main")
+    return Report(name, _date(text, *fields["date"]), position, (begin, end), errors, watched, "main")
 
 
-def _date(text: Text, line: int, value: str) -> datetime:
+def _date(text: Text, line: int, value: str) -> str:
     for form in _DATES:
         with suppress(ValueError):
-            return datetime.strptime(value, form)
+            return datetime.strptime(value, form).date().isoformat()
     text.fail(line, f"DATE is {value!r}; expected one such as '11 December 2008'")
 
 
@@ -81,31 +78,32 @@ def write_sodis(folder: Any, reports: Sequence[Report], asteroid: tuple[Any, str
     """Write the report of each station into a folder, and return their paths."""
     paths = []
     for number, report in enumerate(reports, 1):
-        timed = [np.isfinite(time) for time in report.times]
-        day = datetime(*report.date) + timedelta(days=int(_first(report) // _DAY))
+        finite = [time for time in (*(report.watched or ()), *report.times) if np.isfinite(time)]
+        day = datetime.fromisoformat(report.date) + timedelta(days=min(finite, default=0.0) // _DAY)
+        begin, end, first, last = (
+            time_text(time % _DAY, ":") if np.isfinite(time) else ""
+            for time in (*report.times, *(report.watched or _NONE))
+        )
+        is_miss = not (begin or end)
         fields = {
-            "Occultation": "POSITIVE" if any(timed) else "NEGATIVE",
+            "Occultation": "NEGATIVE" if is_miss else "POSITIVE",
             "DATE": day.strftime("%d %B %Y"),
             "STAR": star,
             "ASTEROID": asteroid[1],
             "Nr": str(asteroid[0]),
             "Observer1": report.name,
-            "Latitude": sexagesimal(report.position[1], 2),
-            "Longitude": sexagesimal(report.position[0], 3),
+            "Latitude": angle_text(report.position[1], 2),
+            "Longitude": angle_text(report.position[0], 3),
             "Altitude": f"{report.position[2]:.1f}",
-            "StartObs": clock(report.watched[0] % _DAY, ":") if report.watched else "",
+            "StartObs": first,
+            "D": "M" if is_miss else begin and f"D{begin}",
+            "Acc_D": f"{report.errors[0]:.3f}",
+            "R": "M" if is_miss else end and f"R{end}",
+            "Acc_R": f"{report.errors[1]:.3f}",
+            "EndObs": last,
         }
-        for side, key in enumerate("DR"):
-            fields[key] = key + clock(report.times[side] % _DAY, ":") if timed[side] else "M" if not any(timed) else ""
-            fields[f"Acc_{key}"] = f"{report.errors[side]:.3f}"
-        fields["EndObs"] = clock(report.watched[1] % _DAY, ":") if report.watched else ""
         path = Path(folder, f"{day:%Y%m%d}_{asteroid[0]}_station_{number}.txt")
         with replacing(path) as temporary:
             temporary.write_text("".join(f"#{key}: {value}\n" for key, value in fields.items()), encoding="utf-8")
         paths.append(path)
     return paths
-
-
-def _first(report: Report) -> float:
-    """Return the first of the times of a report in s since the beginning of its day."""
-    return min([*(report.watched or ()), *(time for time in report.times if np.isfinite(time))], default=0.0)

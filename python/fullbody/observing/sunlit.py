@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,12 +48,19 @@ class SunlitObservations(Observations):
         """Return what a photometer sees at the observations, after checking that observer and Sun are far enough."""
         return epochs_at(system, local_geometry(self.geometry, system), states, retarded, DISTANT, DISTANT)
 
+    def _direct_partials(
+        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str], known: dict[str, Floats]
+    ) -> dict[str, Floats]:
+        """Return derivatives (K, C) with respect to parameters at given states, of which some are known by name."""
+        return {name: known[name] if name in known else self._partial(system, states, name) for name in parameters}
+
     def _total(self, light: Floats) -> Floats:
         """Return the light (K,) of all bodies together, (K, N), after checking that there is some."""
         total = light.sum(axis=1)
         if not (total > 0.0).all():
-            dark = f"no light comes from the system at {self.times[np.argmin(total)]}"
-            raise InvalidInput(f"{dark}, but {self._quantity} was observed")
+            raise InvalidInput(
+                f"no light comes from the system at {self.times[np.argmin(total)]}, but {self._quantity} was observed"
+            )
         return np.asarray(total)
 
 

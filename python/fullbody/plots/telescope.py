@@ -146,7 +146,7 @@ class SkyFrames:
             PosedLimbs(limbs_of(self._run.system, body), centre, matrix)
             for body, (centre, matrix) in enumerate(zip(epochs.position[k], matrices(epochs.attitude[k]), strict=True))
         ]
-        toward, sunward = (way[k] / np.linalg.norm(way[k], axis=1, keepdims=True) for way in epochs.ways())
+        toward, sunward = (way[k] / np.linalg.norm(way[k], axis=1, keepdims=True) for way in epochs.vectors())
         away = np.linalg.norm(epochs.to_observer[k] - epochs.position[k], axis=1)
         artists: list[Any] = []
         collection = figures.matplotlib("collections").PolyCollection

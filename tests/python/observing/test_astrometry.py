@@ -9,7 +9,7 @@ from astropy.table import Table
 from astropy.time import Time
 from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
-from fullbody.observing.centre_of_light import photocentre
+from fullbody.observing.light_centres import photocentre
 from fullbody.record.record import joined
 from scipy.optimize import least_squares
 from support import DATA, body_list, matrix, refused
