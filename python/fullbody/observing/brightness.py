@@ -81,22 +81,16 @@ class Epochs(NamedTuple):
     With velocities over that of light, shadows include the time of light from body to body. Unless observer and Sun are
     distant, their vectors go from the origin of the positions, and each body appears in its own directions, as bright
     as if it were at the origin.
-
-    Attributes
-    ----------
-    times : ndarray, (K,)
-    position, attitude : ndarray, (K, N, 3) and (K, N, 4)
-    to_observer, to_sun : ndarray, (K, 3)
-        Vectors, of any length if these are distant.
-    velocity : ndarray or None, (K, N, 3)
-    distant : bool
     """
 
+    #: Times (K,), positions (K, N, 3) and attitudes (K, N, 4).
     times: Floats
     position: Floats
     attitude: Floats
+    #: Vectors (K, 3), of any length if these are distant.
     to_observer: Floats
     to_sun: Floats
+    #: Velocities (K, N, 3) over that of light.
     velocity: Floats | None = None
     distant: bool = True
 

@@ -34,23 +34,15 @@ Indices = npt.NDArray[np.intp]
 
 
 class ContactRows(NamedTuple):
-    """K rows of observed contacts and misses, on a system's clock and in its units.
+    """K rows of observed contacts and misses, on a system's clock and in its units."""
 
-    Attributes
-    ----------
-    times : ndarray, (K,)
-        Times of the contacts, and the middles of the intervals of misses.
-    sign : ndarray, (K,)
-        -1 for a disappearance, 1 for a reappearance, 0 for a miss.
-    interval : ndarray, (K, 2)
-        The ends of the chord of each row, infinite where they are not known, or of the interval of a miss.
-    shortest : ndarray, (K,)
-        The halves of durations below which they are continued linearly in their squares.
-    """
-
+    #: Times (K,) of the contacts, and the middles of the intervals of misses.
     times: Floats
+    #: -1 for a disappearance, 1 for a reappearance, 0 for a miss, (K,).
     sign: Floats
+    #: The ends (K, 2) of the chord of each row, infinite where they are not known, or of the interval of a miss.
     interval: Floats
+    #: The halves of durations (K,) below which they are continued linearly in their squares.
     shortest: Floats
 
 
@@ -67,24 +59,16 @@ PathFunction = Callable[[Indices, Floats], StationPath]
 
 
 class ApparentBody(NamedTuple):
-    """A body as the observer of the geometry sees it at the K times of the rows; arrays may be complex.
+    """A body as the observer of the geometry sees it at the K times of the rows; arrays may be complex."""
 
-    Attributes
-    ----------
-    centre, velocity, spin : ndarray, (..., K, 3)
-    attitude : ndarray, (..., K, 4)
-    distance : ndarray, (..., K, 1)
-        The distance from the observer.
-    displacement : ndarray, (..., K, 3)
-        The displacement of the body by the offset of the event.
-    light_speed : float
-    """
-
+    #: Centre, velocity and spin, (..., K, 3), and attitude, (..., K, 4).
     centre: Any
     velocity: Any
     spin: Any
     attitude: Any
+    #: The distance (..., K, 1) from the observer.
     distance: Any
+    #: The displacement (..., K, 3) of the body by the offset of the event.
     displacement: Any
     light_speed: float
 

@@ -37,17 +37,7 @@ _CELLS = 16
 
 @dataclass(frozen=True, eq=False)
 class RadarOptions:
-    """The transmitted frequency and the options of radar echoes, which are arguments of the public functions.
-
-    Attributes
-    ----------
-    transmit_frequency : float or Quantity
-    law : RadarLaw or dict
-    mutual : bool
-    transmitter : Geometry or None
-    exposure : float or Quantity
-    frequency_response, delay_response : str
-    """
+    """The transmitted frequency and the options of radar echoes, which are arguments of the public functions."""
 
     transmit_frequency: Any
     law: Any = Cosine()  # noqa: RUF009
@@ -88,19 +78,12 @@ def bin_edges(system: SystemLike, edges: Mapping[str, Any], owner: str = "") -> 
 
 @dataclass(frozen=True, eq=False)
 class Echo:
-    """The echoes of N bodies at K times, as the core takes them.
-
-    Attributes
-    ----------
-    epochs : Epochs
-    at_centre : ndarray, (K, N, 2)
-        Frequency and delay of the echo of each centre of mass, from the echo of the system's barycentre.
-    gradients : ndarray, (K, N, 2, 3)
-        How both change with the place on the surface, inertial.
-    """
+    """The echoes of N bodies at K times, as the core takes them."""
 
     epochs: Epochs
+    #: Frequency and delay (K, N, 2) of the echo of each centre of mass, from the echo of the system's barycentre.
     at_centre: Floats
+    #: How both change with the position on the surface, inertial, (K, N, 2, 3).
     gradients: Floats
 
 

@@ -19,58 +19,39 @@ _TOLERANCES = {"xtol": 1e-9, "ftol": 1e-15, "gtol": 1e-15, "max_nfev": 200}
 
 
 class Solution(NamedTuple):
-    """The predictions of K rows with values of the L linear unknowns, and what leads to them.
+    """The predictions of K rows with values of the L linear unknowns, and what leads to them."""
 
-    Attributes
-    ----------
-    values : ndarray, (L,)
-    prediction : ndarray, (K,)
-        Predictions relative to the times of the rows, with the offset and without errors of clocks.
-    design : ndarray, (K, L)
-        The derivatives of the predictions, errors of clocks included, with respect to the unknowns.
-    body : ndarray of int, (K,)
-        The body of each row.
-    displacement : ndarray, (K, 3)
-        The displacement of the bodies by the offset.
-    """
-
+    #: The values (L,) of the unknowns.
     values: Floats
+    #: Predictions (K,) relative to the times of the rows, with the offset and without errors of clocks.
     prediction: Floats
+    #: The derivatives (K, L) of the predictions, errors of clocks included, with respect to the unknowns.
     design: Floats
+    #: The body of each row, (K,).
     body: Indices
+    #: The displacement (K, 3) of the bodies by the offset.
     displacement: Floats
 
 
 @dataclass
 class Event:
-    """An occultation of which all but the linear unknowns is given.
+    """An occultation of which all but the linear unknowns is given."""
 
-    Attributes
-    ----------
-    station, sign, sigma : ndarray, (K,)
-        The station of each row; -1 for a disappearance, 1 for a reappearance, 0 for a miss; standard errors.
-    passages : dict of int to (ndarray of int, Passage)
-        For each body the rows that may be due to it, and the passage that finds their contacts.
-    apparent : callable
-        The function from a body and displacements (..., K, 3) of all bodies to the apparent body.
-    axes : pair of ndarray, (K, 3)
-        The displacements for offsets of one radian to the east and to the north.
-    scale : float
-        The number of radians in the unit of the offset.
-    fixed : ndarray, (2,), or None
-        The offset in radians, if it is no unknown.
-    clocks : ndarray, (K, C)
-        The derivatives of the predictions with respect to the errors of clocks.
-    """
-
+    #: The station of each row; -1 for a disappearance, 1 for a reappearance, 0 for a miss; standard errors, (K,) each.
     station: Indices
     sign: Floats
     sigma: Floats
+    #: For each body the rows that may be due to it, and the passage that finds their contacts.
     passages: dict[int, tuple[Indices, Passage]]
+    #: The function from a body and displacements (..., K, 3) of all bodies to the apparent body.
     apparent: Callable[[int, Any], ApparentBody]
+    #: The displacements (K, 3) for offsets of one radian to the east and to the north.
     axes: tuple[Floats, Floats]
+    #: The number of radians in the unit of the offset.
     scale: float
+    #: The offset (2,) in radians, if it is no unknown.
     fixed: Floats | None
+    #: The derivatives (K, C) of the predictions with respect to the errors of clocks.
     clocks: Floats
 
     def solution(self, values: Floats | None) -> Solution:

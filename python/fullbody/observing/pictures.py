@@ -73,23 +73,15 @@ def time_axis(times: Any) -> tuple[Any, str]:
 
 
 class ChordPicture(NamedTuple):
-    """Chords in the plane of the sky that moves with the barycentre, to the east and to the north, in a unit of length.
+    """Chords in the plane of the sky that moves with the barycentre: lengths to the east and to the north."""
 
-    Attributes
-    ----------
-    chords : list of ndarray, (2, 2) or (1, 2)
-        The ends of each chord.
-    errors : list of ndarray, (2, 2)
-        The ends of the bars of standard errors along the chords.
-    misses : ndarray, (M, 2)
-        The lines of sight of misses in the middle of their intervals.
-    outlines : dict of list of ndarray, (R, 2)
-        Lines of the outline of each body, which has NaN between separate lines.
-    """
-
+    #: The ends (2, 2) of each chord, or (1, 2) if one of them was timed.
     chords: list[Floats]
+    #: The ends (2, 2) of the bars of standard errors along the chords.
     errors: list[Floats]
+    #: The lines of sight (M, 2) of misses in the middle of their intervals.
     misses: Floats
+    #: Lines (R, 2) of the outline of each body, which has NaN between separate lines.
     outlines: dict[str, list[Floats]]
 
 

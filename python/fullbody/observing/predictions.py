@@ -36,20 +36,13 @@ class Errors(NamedTuple):
 
 
 class DesignArgument(NamedTuple):
-    """A quantity of K rows of C numbers, such as a rotation angle, through which the design depends on the motion.
+    """A quantity of K rows of C numbers, such as a rotation angle, through which the design depends on the motion."""
 
-    Attributes
-    ----------
-    slope : ndarray, (K, C, L)
-        The derivatives of the design with respect to the quantity.
-    by_state : ndarray, (K, C, 12 N)
-        The derivatives of the quantity with respect to the states.
-    direct : dict of ndarray, (K, C)
-        The derivatives of the quantity with respect to parameters of the system at constant states, by name.
-    """
-
+    #: The derivatives (K, C, L) of the design with respect to the quantity.
     slope: Floats
+    #: The derivatives (K, C, 12 N) of the quantity with respect to the states.
     by_state: Floats
+    #: The derivatives (K, C) of the quantity with respect to parameters of the system at constant states, by name.
     direct: dict[str, Floats]
 
 

@@ -17,29 +17,19 @@ _TIME = re.compile(r"(\d+)[\s:]+(\d+)[\s:]+(\d+(?:\.\d*)?)")
 
 
 class Report(NamedTuple):
-    """The report of one station.
-
-    Attributes
-    ----------
-    name : str
-    date : str
-        The day, such as ``2024-03-01``, from whose beginning in UTC times count.
-    position : tuple of float, (3,)
-        Longitude and latitude in degrees, and the height in m, on the ellipsoid of WGS84.
-    times, errors : sequence of float, (2,)
-        The times of disappearance and reappearance in s, NaN where they were not timed, with their standard errors.
-    watched : sequence of float, (2,), or None
-        The first and the last time of the watch.
-    body : str
-        ``"main"`` or ``"satellite"``.
-    """
+    """The report of one station."""
 
     name: str
+    #: The day, such as ``2024-03-01``, from whose beginning in UTC times count.
     date: str
+    #: Longitude and latitude in degrees, and the height in m, on the ellipsoid of WGS84.
     position: tuple[float, float, float]
+    #: The times of disappearance and reappearance in s, NaN where they were not timed, with their standard errors.
     times: Sequence[float]
     errors: Sequence[float]
+    #: The first and the last time of the watch.
     watched: Sequence[float] | None
+    #: ``"main"`` or ``"satellite"``.
     body: str
 
 

@@ -26,23 +26,15 @@ _ITERATIONS = 4
 
 
 class Sight(NamedTuple):
-    """M lines of sight past a body, in the system's units and axes.
+    """M lines of sight past a body, in the system's units and axes."""
 
-    Attributes
-    ----------
-    w : ndarray, (M, 3)
-        The position of the ray from the centre of the body, perpendicular to the direction to the star.
-    u : ndarray, (M, 3)
-        Unit vectors to the star.
-    attitude : ndarray, (M, 4)
-        The attitude of the body when the light passes it.
-    is_ahead : ndarray of bool, (M,)
-        Whether the body is on the star's side of the station.
-    """
-
+    #: The position (M, 3) of the ray from the centre of the body, perpendicular to the direction to the star.
     w: Floats
+    #: Unit vectors (M, 3) to the star.
     u: Floats
+    #: The attitude (M, 4) of the body when the light passes it.
     attitude: Floats
+    #: Whether the body is on the star's side of the station, (M,).
     is_ahead: Any
 
     def in_body(self) -> tuple[Floats, Floats]:

@@ -92,20 +92,6 @@ class RetardedStates:
         Positions, velocities, attitudes and spins; they may be complex, and several for each time.
     lag : ndarray, (K,), optional
         The times of the states minus those at which the light left the barycentre; zero unless given.
-
-    Attributes
-    ----------
-    times : ndarray, (K,)
-    observer : ndarray, (K, 3)
-        Vectors from the system's barycentre to the observer.
-    centre, velocity : ndarray, (..., K, N, 3)
-        Positions and velocities of the bodies relative to the system's barycentre.
-    delay : ndarray, (..., K, N)
-        The time at which the light left each body, minus the time at which it left the barycentre.
-    elapsed : ndarray, (..., K, N)
-        The time at which the light left each body, minus that of the given states.
-    light_speed : float
-        The speed of light in the system's units.
     """
 
     def __init__(
@@ -113,6 +99,7 @@ class RetardedStates:
     ) -> None:
         weights = masses / masses.sum()
         self.times, self.light_speed, self._geometry = times, geometry.light_speed, geometry
+        #: Vectors (K, 3) from the system's barycentre to the observer.
         self.observer = geometry.observer(times)
         position, velocity = (
             states[name] - np.einsum("n,...nx->...x", weights, states[name])[..., None, :]
@@ -120,8 +107,11 @@ class RetardedStates:
         )
         lag = np.reshape(lag, (-1, 1))
         position = position - velocity * lag[..., None]
+        #: The times (..., K, N) at which the light left each body, minus that at which it left the barycentre.
         self.delay = geometry.delays(self.observer, position, velocity)
+        #: The times (..., K, N) at which the light left each body, minus those of the states.
         self.elapsed = self.delay - lag
+        #: Positions and velocities (..., K, N, 3) of the bodies relative to the system's barycentre.
         self.centre, self.velocity = position + velocity * self.delay[..., None], velocity
         self._attitude_deviation: Any = 0.0
         if "deviations" in states:

@@ -124,10 +124,10 @@ def test_edges_within_the_outline_of_a_rough_body_end_no_chord():
 
 
 def test_a_composite_hides_what_one_of_its_parts_hides():
-    apart = fullbody.Composite(
+    dumb_bell = fullbody.Composite(
         [fullbody.Part(fullbody.Sphere(1.0), mass=500.0, position=(x, 0.0, 0.0)) for x in (-3.0, 3.0)]
     )
-    body = fullbody.Body(apart, name="pair")
+    body = fullbody.Body(dumb_bell, name="pair")
     system = fullbody.System([body], units=("km", "s", "kg"))
     run = system.integrate(fullbody.State(np.zeros((1, 3)), np.zeros((1, 3))), 600.0, dense=True)
     result = times(observing.occultation_chords(run, STAR, [[0.0, 0.6, 0.0]] * u.km, passing()))
@@ -153,8 +153,8 @@ def test_a_graze_of_a_micrometre_is_found_and_a_miss_by_it_is_none():
 def test_a_body_hides_the_star_from_where_it_was_when_the_light_passed():
     # The body moves across at 1 km/s, and the light takes FAR / c.
     body = fullbody.Body(fullbody.Sphere(5.0), mass=1.0, name="A")
-    far = fullbody.Body(fullbody.PointMass(), mass=1e12, name="B")
-    system = fullbody.System([body, far], G=1e-40, units=("km", "s", "kg"))
+    companion = fullbody.Body(fullbody.PointMass(), mass=1e12, name="B")
+    system = fullbody.System([body, companion], G=1e-40, units=("km", "s", "kg"))
     state = fullbody.State([[0.0, 0.0, 0.0], [0.0, 1e5, 0.0]], [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     run = system.integrate(state, 700.0, dense=True)
     stations = [[0.0, -1e5, 0.0]] * u.km
@@ -174,10 +174,10 @@ def asteroid():
     """
     start = Time("2024-03-01T02:00:00", scale="utc")
     star = SkyCoord(160.0 * u.deg, 15.0 * u.deg)
-    toward = np.asarray(star.cartesian.xyz.value)
+    direction = np.asarray(star.cartesian.xyz.value)
     earth = get_body_barycentric("earth", start).xyz.to_value("km")
     velocity = np.array([-9.0, 12.0, 6.0])
-    middle = earth + 2e8 * toward - velocity * 2e8 / 299792.458 * -1.0 + np.array([300.0, 800.0, -200.0])
+    middle = earth + 2e8 * direction - velocity * 2e8 / 299792.458 * -1.0 + np.array([300.0, 800.0, -200.0])
 
     def body(seconds):
         return middle + np.multiply.outer(seconds, velocity)
@@ -196,11 +196,11 @@ def asteroid():
     geometry = observing.Geometry(
         start + rows * u.s, to_observer=(positions - body(emitted(positions, rows))) * u.km, frame="equatorial"
     )
-    return start, star, toward, body, earth_at, emitted, geometry
+    return start, star, direction, body, earth_at, emitted, geometry
 
 
 def test_stations_on_the_earth_see_what_the_frame_of_the_solar_system_has(asteroid):
-    start, star, toward, body, earth_at, emitted, geometry = asteroid
+    start, star, direction, body, earth_at, emitted, geometry = asteroid
     radius = 3000.0
     system = fullbody.System(
         [fullbody.Body(fullbody.Sphere(radius), mass=1e15, name="A")],
@@ -220,8 +220,8 @@ def test_stations_on_the_earth_see_what_the_frame_of_the_solar_system_has(astero
     def outside(t, station):
         seconds = np.array([t])
         position = earth_at(seconds)[0] + stations[station].get_gcrs_posvel(start + t * u.s)[0].xyz.to_value("km")
-        way = position - body(emitted(position, t))
-        return np.linalg.norm(way - (way @ toward) * toward) - radius
+        vector = position - body(emitted(position, t))
+        return np.linalg.norm(vector - (vector @ direction) * direction) - radius
 
     for chord in result:
         for time in (chord.disappearance.value, chord.reappearance.value):
@@ -245,8 +245,8 @@ def test_a_star_has_its_proper_motion_and_its_parallax():
     )
     geometry = passing(frame="equatorial")
     result = Star(star, geometry).directions(system, np.array([0.0]))[0]
-    moved = star.apply_space_motion(when).icrs.cartesian.xyz.to_value("km")
-    exact = moved - get_body_barycentric_posvel("earth", when)[0].xyz.to_value("km")
+    displaced = star.apply_space_motion(when).icrs.cartesian.xyz.to_value("km")
+    exact = displaced - get_body_barycentric_posvel("earth", when)[0].xyz.to_value("km")
     exact /= np.linalg.norm(exact)
     # Half a milliarcsecond remains of the light time of the star's own motion.
     assert np.linalg.norm(result - exact) < 3e-9

@@ -34,14 +34,14 @@ def summed(law, hidden, n=500):
     rotation = matrix(ATTITUDE)
     normals = sphere / AXES
     size = np.linalg.norm(normals, axis=1)
-    directions = [way / np.linalg.norm(way) for way in (SIGHT, SUN)]
-    mu, mu0 = (normals @ rotation.T @ way / size for way in directions)
+    directions = [vector / np.linalg.norm(vector) for vector in (SIGHT, SUN)]
+    mu, mu0 = (normals @ rotation.T @ vector / size for vector in directions)
     points = sphere * AXES @ rotation.T
     seen = (mu > 0.0) & (mu0 > 0.0)
-    for way in directions if hidden else ():
-        apart = CENTRE - points
-        along = apart @ way
-        seen &= ~((along > 0.0) & (np.sum(apart**2, axis=1) - along**2 < RADIUS**2))
+    for vector in directions if hidden else ():
+        separation = CENTRE - points
+        along = separation @ vector
+        seen &= ~((along > 0.0) & (np.sum(separation**2, axis=1) - along**2 < RADIUS**2))
     area = AXES.prod() * size * np.sin(theta).ravel() * (np.pi / n) ** 2
     light = np.where(seen, law(np.where(seen, mu, 1.0), np.where(seen, mu0, 1.0)), 0.0) * area
     return light.sum(), light @ points

@@ -110,8 +110,8 @@ def test_dates_of_a_short_type_are_refused_or_good_to_half_a_second():
         except InvalidInput:
             refused += 1
             continue
-        apart = (data.times - zero).to_value("s") - np.sort((exact - zero).to_value("s"))
-        assert np.abs(apart).max() <= 1.0
+        error = (data.times - zero).to_value("s") - np.sort((exact - zero).to_value("s"))
+        assert np.abs(error).max() <= 1.0
     assert 50 < refused < 125
 
 

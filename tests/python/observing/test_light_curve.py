@@ -63,9 +63,9 @@ def test_albedo_distance_and_frame_do_what_they_say(nights, run, geometry):
     reference = observing.light_curve(run, times, geometry)
     darker = observing.light_curve(run, times, geometry, albedo=0.1)
     np.testing.assert_allclose(darker - reference, 2.5, rtol=1e-12)
-    far = np.linalg.norm(nights["to_observer"]) * np.linalg.norm(nights["to_sun"])
+    distance = np.linalg.norm(nights["to_observer"]) * np.linalg.norm(nights["to_sun"])
     apparent = observing.light_curve(run, times, geometry, reduced=False)
-    np.testing.assert_allclose(apparent - reference, 5.0 * np.log10(far), rtol=1e-12)
+    np.testing.assert_allclose(apparent - reference, 5.0 * np.log10(distance), rtol=1e-12)
     rotated = {
         name: fullbody.frames.rotate(nights[name], "ecliptic", "equatorial") * u.km
         for name in ("to_observer", "to_sun")

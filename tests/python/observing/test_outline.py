@@ -8,7 +8,7 @@ import trimesh
 from astropy.time import Time
 from fullbody import observing
 from support import body_list, matrix, refused
-from support.displacements import by_start
+from support.displacements import assert_by_kind, by_start
 
 DISTANCE = 1e6
 ATTITUDE = np.array([0.4, -0.5, 0.6, np.sqrt(0.23)])
@@ -118,9 +118,9 @@ def test_residuals_are_distances_from_the_nearest_point_of_the_ellipse():
     # The nearest points of 100,000 on the ellipse.
     angles = np.linspace(0.0, 2 * np.pi, 100001)
     curve = np.stack([3.0 * np.cos(angles), np.sin(angles)], axis=1)
-    away = np.array([np.linalg.norm(curve - point, axis=1).min() for point in points])
+    distance = np.array([np.linalg.norm(curve - point, axis=1).min() for point in points])
     sign = np.where((points / [3.0, 1.0]) ** 2 @ [1.0, 1.0] > 1.0, 1.0, -1.0)
-    np.testing.assert_allclose(result, sign * away, atol=2e-5)
+    np.testing.assert_allclose(result, sign * distance, atol=2e-5)
 
 
 def test_residuals_of_a_polyhedron_are_distances_from_the_nearest_side_or_corner():
@@ -151,11 +151,7 @@ def test_derivatives_are_differences_of_the_pulls(faceted):
     moment = system.integrate(state, data.emission(system)[0], output="ends")[-1]
     steps = {"position": 1e-5, "velocity": 1e-4, "rotation": 1e-5, "spin": 1e-4}
     exact, differences = by_start(data, system, moment, steps)
-    rounding = 1e-8 * np.abs(differences).max()
-    for kind in range(4):
-        columns = [12 * body + 3 * kind + axis for body in range(2) for axis in range(3)]
-        size = np.abs(differences[:, columns]).max()
-        np.testing.assert_allclose(exact[:, columns], differences[:, columns], atol=3e-6 * size + rounding)
+    assert_by_kind(exact, differences, 3e-6, 1e-8 * np.abs(differences).max())
 
 
 def test_a_fit_finds_the_axes_and_the_pointing_from_the_points_of_a_limb():
