@@ -328,9 +328,9 @@ def _written(data: Photometry, keywords: dict[str, str]) -> Iterator[str]:
             "ENDMETADATA",
         )
         columns = [rows["magnitude"], rows["sigma"], *([rows["airmass"]] if "airmass" in rows.colnames else [])]
-        for when, *values in zip(utc, *columns, strict=True):
-            days, fraction = divmod(round((when.jd1 % 1.0 + when.jd2) * 1e8), 10**8)
-            yield f"DATA={math.floor(when.jd1) + days}.{fraction:08d}" + "".join(f"|{value:+.6f}" for value in values)
+        for time, *values in zip(utc, *columns, strict=True):
+            days, fraction = divmod(round((time.jd1 % 1.0 + time.jd2) * 1e8), 10**8)
+            yield f"DATA={math.floor(time.jd1) + days}.{fraction:08d}" + "".join(f"|{value:+.6f}" for value in values)
         yield "ENDDATA"
 
 

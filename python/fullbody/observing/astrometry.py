@@ -190,7 +190,7 @@ class Astrometry(SkyPoints):
             to_sun = local_geometry(self.geometry, system).sun(retarded.times)
             attitude = retarded.attitude(states["attitude"], states["spin"])
             for index, centre in centres.items():
-                ways = retarded.observer - centre, to_sun - centre
-                centres[index] = centre + photocentre(semi_axes(system, index), attitude[..., index, :], *ways)
+                vectors = retarded.observer - centre, to_sun - centre
+                centres[index] = centre + photocentre(semi_axes(system, index), attitude[..., index, :], *vectors)
         line = (centres[about] - retarded.observer) @ axes.T
         return offsets(line, (centres[body] - centres[about]) @ axes.T)

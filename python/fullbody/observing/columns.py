@@ -56,12 +56,12 @@ def refuse_rounded(source: Any, values: Floats, sigma: Floats, what: str) -> Non
     if (kind := _short(source)) is None:
         return
     values, sigma = np.atleast_1d(values), sigma.min(axis=-1) if sigma.ndim > values.ndim else sigma
-    apart = np.abs(values) * float(np.finfo(kind).eps)
-    if sigma.shape in ((), values.shape) and (bad := apart > _ROUNDED * sigma).any():
+    spacing = np.abs(values) * float(np.finfo(kind).eps)
+    if sigma.shape in ((), values.shape) and (bad := spacing > _ROUNDED * sigma).any():
         k = int(np.argmax(bad))
-        error = np.broadcast_to(sigma, apart.shape)[k]
+        error = np.broadcast_to(sigma, spacing.shape)[k]
         raise InvalidInput(
-            f"{what} are numbers of the type {kind}, which near {values[k]:.6g} are {apart[k]:.2g} apart, with a "
+            f"{what} are numbers of the type {kind}, which near {values[k]:.6g} are {spacing[k]:.2g} apart, with a "
             f"standard error of {error:.2g}; expected float64, in which the data have to be read"
         )
 

@@ -120,11 +120,11 @@ class Passage:
         """
         path, body = self._path(index, times), body.of_rows(index)
         position = path.position + path.velocity * step
-        elapsed = since = (times - self.rows.times[index] + step)[..., None]
+        elapsed = since_row = (times - self.rows.times[index] + step)[..., None]
         for _ in range(_LIGHT_TIMES if np.isfinite(body.light_speed) else 0):
             separation = position - body.centre - body.velocity * elapsed
             distance = np.sqrt(np.sum(separation * separation, axis=-1, keepdims=True))
-            elapsed = since - (distance - body.distance) / body.light_speed
+            elapsed = since_row - (distance - body.distance) / body.light_speed
         separation = position - body.centre - body.velocity * elapsed - body.displacement
         depth = np.sum(separation * path.star, axis=-1, keepdims=True)
         return separation - depth * path.star, path.star, rotated(body.attitude, body.spin, elapsed[..., 0])

@@ -149,8 +149,8 @@ def mutual_events(
 
         def gain(moments: Floats) -> Floats:
             options: dict[str, Any] = {"law": law, "albedo": albedo, "sun_radius": sun_radius}
-            when = system.context.units.attach(moments, "time")
-            dimmed, undimmed = (light_curve(run, when, geometry, mutual=mutual, **options) for mutual in (True, False))
+            times = system.context.units.attach(moments, "time")
+            dimmed, undimmed = (light_curve(run, times, geometry, mutual=mutual, **options) for mutual in (True, False))
             return undimmed - dimmed
 
         for k, (first, last) in enumerate(zip(*ends, strict=True)):
@@ -226,15 +226,15 @@ def _arrivals(
         return arrivals
     solution = run.continuous().core
     # The time of an eclipse's condition is that at which sunlight passes the barycentre; it leaves the body at another.
-    passing = left = times[eclipsed]
+    passing = emitted = times[eclipsed]
     sun = local.sun(arrivals[eclipsed])
     weights = run.context.masses / run.context.masses.sum()
     for _ in range(_ITERATIONS):
-        position = solution.states(np.clip(left, min(solution.range), max(solution.range)))["position"]
+        position = solution.states(np.clip(emitted, min(solution.range), max(solution.range)))["position"]
         body = position[np.arange(len(position)), hidden[eclipsed]] - np.einsum("n,tnx->tx", weights, position)
         detour = np.linalg.norm(sun - body, axis=1) - np.linalg.norm(sun, axis=1)
-        left = passing + detour / local.light_speed
-    arrivals[eclipsed] = local.arrival(left, body)
+        emitted = passing + detour / local.light_speed
+    arrivals[eclipsed] = local.arrival(emitted, body)
     return arrivals
 
 
@@ -321,9 +321,9 @@ def occultation(
     choice(kind, "kind", KINDS)
     local = local_geometry(geometry, system)
     span = [float(local.emission(end)) for end in local.ends()]
-    times, toward = _table(local, kind, span)
-    when = system.context.units.attach(np.array(times), "time")
+    numbers, toward = _table(local, kind, span)
+    times = system.context.units.attach(np.array(numbers), "time")
     indices = system.context.index(body, "body"), system.context.index(by, "by")
     slowness = KINDS[kind] / local.light_speed
     options: dict[str, Any] = {"direction": direction, "terminal": terminal}
-    return Occultation(*indices, toward, when, total, local.distant, slowness, **options)
+    return Occultation(*indices, toward, times, total, local.distant, slowness, **options)

@@ -86,19 +86,19 @@ class ObservedChords(Observations):
             )
         self._watched, self._sigmas = self._watch(watched), self._errors(sigma)
         limited: Any = np.isfinite(self._watched).all(axis=1)
-        missed = np.flatnonzero(~timed.any(axis=1))
-        if self.stations.has_two_times and not limited[missed].all():
+        misses = np.flatnonzero(~timed.any(axis=1))
+        if self.stations.has_two_times and not limited[misses].all():
             raise InvalidInput(
-                f"station {missed[0]} moves and has a miss without an interval; give watched=(first, last)"
+                f"station {misses[0]} moves and has a miss without an interval; give watched=(first, last)"
             )
         middle = np.full(len(self.stations), self._chords[timed].mean())
         middle[limited] = self._watched[limited].mean(axis=1)
         side, station = np.nonzero(timed.T)
-        times = np.concatenate([self._chords[station, side], middle[missed]])
+        times = np.concatenate([self._chords[station, side], middle[misses]])
         rows = Rows(self._restored(times), {}, (), _OWNER)
         super().__init__(rows, geometry)
-        self.rows = self.station = np.concatenate([station, missed])[rows.indices]
-        self.sign = np.concatenate([2.0 * side - 1.0, np.zeros(len(missed))])[rows.indices]
+        self.rows = self.station = np.concatenate([station, misses])[rows.indices]
+        self.sign = np.concatenate([2.0 * side - 1.0, np.zeros(len(misses))])[rows.indices]
         #: The ends of the chord of each row, or of the interval of a miss, as numbers in the unit of the times.
         self._interval = np.where((self.sign == 0.0)[:, None], self._watched[self.station], self._chords[self.station])
         self._original_sigma = self._sigmas[self.station, np.where(self.sign > 0.0, 1, 0)]
@@ -210,10 +210,10 @@ class ObservedChords(Observations):
 
     def _interval_in(self, system: SystemLike) -> Floats:
         """Return the intervals (K, 2) of the rows on the clock of a system, with NaN and infinities."""
-        known = np.isfinite(self._interval)
-        numbers = np.where(known, self._interval, 0.0)
+        is_finite = np.isfinite(self._interval)
+        numbers = np.where(is_finite, self._interval, 0.0)
         times = to_system_times(self._restored(numbers.ravel()), system, f"times of {_OWNER}").reshape(numbers.shape)
-        return np.where(known, times, self._interval)
+        return np.where(is_finite, times, self._interval)
 
     def _standard_errors(self, system: SystemLike, sigma: Floats | None = None) -> Floats:
         """Return standard errors (K, 1) in a system's unit of time, those with a jitter unless others are given."""

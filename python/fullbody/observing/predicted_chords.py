@@ -203,18 +203,6 @@ class PredictedChords(ObservedChords):
     def _design(self, system: SystemLike, states: dict[str, Any]) -> Floats:
         return self._solved_event(system, states)[1].design[:, None]
 
-    def _partials(
-        self, system: SystemLike, states: dict[str, Any], parameters: Sequence[str] = ()
-    ) -> tuple[Floats, dict[str, Floats]]:
-        by_state, direct = super()._partials(system, states, parameters)
-        for body in range(len(system.context)):
-            for axis in range(3):
-                spin = states["spin"].astype(np.complex128)
-                spin[:, body, axis] += 1j * IMAGINARY_STEP
-                by_spin = self._model(system, {**states, "spin": spin}).imag / IMAGINARY_STEP
-                by_state[..., 12 * body + 9 + axis] = by_spin
-        return by_state, direct
-
     def _partial(self, system: SystemLike, states: dict[str, Any], parameter: str) -> Floats:
         kind, _, name = parameter.partition(" of ")
         axis = "abc".find(kind.removeprefix("semi-axis "))

@@ -141,10 +141,17 @@ class Predictions:
             by = self._model(system, shifted).imag / IMAGINARY_STEP
             by_state[..., 12 * body : 12 * body + 6] = np.moveaxis(by, 0, -1)
             for axis in range(3 if self._depends_on_figures else 0):
-                attitude = states["attitude"].astype(np.complex128)
-                attitude[:, body] += 1j * IMAGINARY_STEP * rotations.rates(states["attitude"][:, body], np.eye(3)[axis])
-                rotated: dict[str, Any] = {**states, "attitude": attitude}
-                by_state[..., 12 * body + 6 + axis] = self._model(system, rotated).imag / IMAGINARY_STEP
+                direction = np.eye(3)[axis]
+                changes: dict[str, Any] = {
+                    "attitude": rotations.rates(states["attitude"][:, body], direction),
+                    "spin": direction,
+                }
+                for kind, (name, change) in enumerate(changes.items(), len(kinds)):
+                    changed = states[name].astype(np.complex128)
+                    changed[:, body] += 1j * IMAGINARY_STEP * change
+                    changed_states: dict[str, Any] = {**states, name: changed}
+                    by = self._model(system, changed_states).imag / IMAGINARY_STEP
+                    by_state[..., 12 * body + 3 * kind + axis] = by
         return by_state, {name: self._partial(system, states, name) for name in parameters}
 
     def _partial(self, system: SystemLike, states: dict[str, Floats], parameter: str) -> Floats:

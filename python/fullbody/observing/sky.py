@@ -47,18 +47,18 @@ def east_and_north(directions: Floats, pole: Floats) -> Floats:
     return np.stack([east, np.cross(directions, east)], axis=-2)
 
 
-def offsets(about: Floats, apart: Floats) -> Floats:
+def offsets(about: Floats, separation: Floats) -> Floats:
     """Return the offsets (K, 2) of bodies on the tangent plane, to the east and to the north.
 
-    The vectors ``about`` (K, 3) go from the observer to the reference body, and ``apart`` (K, 3) from there to the
-    other body. The function is analytic and takes complex numbers.
+    The vectors ``about`` (K, 3) go from the observer to the reference body, and ``separation`` (K, 3) from there to
+    the other body. The function is analytic and takes complex numbers.
     """
-    (x, y, z), (along, across, up) = (np.moveaxis(vectors, -1, 0) for vectors in (about, apart))
+    (x, y, z), (dx, dy, dz) = (np.moveaxis(vectors, -1, 0) for vectors in (about, separation))
     level = np.sqrt(x * x + y * y)
     length = np.sqrt(x * x + y * y + z * z)
-    outward = (x * along + y * across) / level
-    depth = length + (level * outward + z * up) / length
-    return np.stack([(x * across - y * along) / level / depth, (level * up - z * outward) / length / depth], axis=-1)
+    outward = (x * dx + y * dy) / level
+    depth = length + (level * outward + z * dz) / length
+    return np.stack([(x * dy - y * dx) / level / depth, (level * dz - z * outward) / length / depth], axis=-1)
 
 
 def in_unit(radians: Floats, unit: Any, power: int = 1) -> Any:

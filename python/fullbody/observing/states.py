@@ -173,12 +173,12 @@ def retarded(run: Record, local: SystemGeometry, times: Floats, what: str) -> tu
     first, last = sorted(run.dense.core.range)
     for body in range(len(run.context)):
         # Beyond the ends of a run its bodies move uniformly.
-        left = np.clip(emitted + uniform.delay[:, body], first, last)
-        states_then = run.states(left, what)
-        exact = RetardedStates(local, times, masses, states_then, left - emitted)
+        retarded_times = np.clip(emitted + uniform.delay[:, body], first, last)
+        retarded_states = run.states(retarded_times, what)
+        exact = RetardedStates(local, times, masses, retarded_states, retarded_times - emitted)
         of_position[:, body] += exact.centre[:, body]
         of_velocity[:, body] += exact.velocity[:, body]
-        of_attitude[:, body] += exact.attitude(states_then["attitude"], states_then["spin"])[:, body]
+        of_attitude[:, body] += exact.attitude(retarded_states["attitude"], retarded_states["spin"])[:, body]
     states["deviations"] = of_position, of_velocity, of_attitude
     return states, RetardedStates(local, times, masses, states)
 

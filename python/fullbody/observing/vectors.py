@@ -78,8 +78,8 @@ class Vectors:
         if first:
             self._second = 1.0 if is_quantity(times) else None
         elif is_quantity(times) != (self._second is not None):
-            wanted = "a plain number" if self._second is None else "a Quantity"
-            raise InvalidInput(f"time is {shown(times)}; expected {wanted}, as the geometry has them")
+            expected = "a plain number" if self._second is None else "a Quantity"
+            raise InvalidInput(f"time is {shown(times)}; expected {expected}, as the geometry has them")
         return (UNITLESS if self._second is None else Units(("km", "s", "kg"))).numbers(times, "time", "times")
 
     def _vectors(self, vectors: Any, what: str, order: Any) -> Floats:
@@ -97,8 +97,8 @@ class Vectors:
     def _attached_time(self, time: float) -> Any:
         if self._origin is None and self._second is None:
             return float(time)
-        since = time * unit_named("s")
-        return since if self._origin is None else self._origin + since
+        elapsed = time * unit_named("s")
+        return elapsed if self._origin is None else self._origin + elapsed
 
     def to_observer(self, times: Any) -> Array:
         """Return vectors from the system's barycentre to the observer, in the geometry's frame.

@@ -94,7 +94,7 @@ def test_bad_jitter_is_refused_by_name(jitter, message):
 def test_jitter_of_another_dimension_and_one_for_two_columns_are_refused():
     km = {"range": np.ones(3) * u.km, "sigma": 75 * u.m}
     refused("jitter has the unit s", radar(**km).with_jitter, 1 * u.s)
-    refused("jitter is -1.0; expected a standard deviation, zero or above", radar(**km).with_jitter, -1 * u.m)
+    refused("jitter is -0.001; expected a standard deviation, zero or above", radar(**km).with_jitter, -1 * u.m)
     both = km | {"range_rate": np.ones(3) * u.km / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
     refused("jitter is not a pair", radar(**both).with_jitter, 1 * u.m)
 
