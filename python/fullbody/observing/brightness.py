@@ -223,7 +223,7 @@ def brightness(
     """Compute the brightness of each body: its scattering law over the visible and illuminated surface, times albedo.
 
     Ellipsoids and spheres are exact to round-off, with any number of bodies that occult or eclipse them at once.
-    So is a body near the edge of a much larger one, as far as the last digits of their places tell: 1e-10 at a ratio of
+    So is a body near the edge of a much larger one, up to the last digits of their positions: 1e-10 at a ratio of
     sizes of 1e-7. Events with observer and Sun in one direction to within 2e-12 radians are accurate to 1e-11.
     Polyhedra and composites are computed from their facets, from which the parts that they hide of each other are cut
     exactly; where parts share a plane, each point counts once. A :class:`fullbody.ConvexShape` hides nothing of itself:

@@ -90,7 +90,7 @@ def _unmasked(source: Any) -> tuple[Any, Any]:
 
 
 class Rows:
-    """Which rows of a table of observations are kept, in the order of time.
+    """The rows of a table of observations that have all values, in the order of time.
 
     The table has ``count`` rows, of which those with the ``indices`` (K,) have the ``times`` (K,), and those with
     the indices ``missing`` are left out, since a value is masked or NaN.
@@ -140,7 +140,7 @@ class Rows:
         self._owner, self.columns = owner, columns
 
     def column(self, name: str, *shape: int) -> Floats:
-        """Return the kept rows (K, C) or (K,) of a column, whose values are (), (K,) or (K, C)."""
+        """Return the rows (K, C) or (K,) of a column, whose values are (), (K,) or (K, C)."""
         values, what = self.columns[name], f"{name} of {self._owner}"
         had = values.shape
         if values.ndim and len(values) == self.count:
@@ -155,10 +155,10 @@ class Rows:
 
 
 def labels_of(labels: Any, what: str, rows: Rows, default: Any) -> tuple[Any, Any]:
-    """Return the distinct labels of rows, and the index of each kept row's label among them.
+    """Return the distinct labels of rows, and the index of each row's label among them.
 
     ``labels`` are one for each of the rows of the table. ``None``, or nothing but ``None``, stands for the ``default``
-    labels of the kept ones.
+    labels of these rows.
     """
     if labels is not None and np.shape(labels) != (rows.count,):
         raise InvalidInput(f"{what} has shape {np.shape(labels)}; expected ({rows.count},), one for each of times")

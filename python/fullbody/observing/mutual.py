@@ -51,7 +51,7 @@ def mutual_events(
     """Find all occultations and eclipses among the bodies of a run, in the order of time.
 
     Contacts are located on the continuous solution to the last digits of their time. Extrema within a step are searched
-    too, so that grazing events are found. Each body is at the place where the light left it, and lies within its cone
+    too, so that grazing events are found. Each body is where the light left it, and lies within its cone
     from the observer, or from the Sun, at any distance. Shadows contain the light time from body to body.
 
     Parameters

@@ -1,7 +1,7 @@
 """Files of asteroidal occultations as the program Occult writes them, version 2.15 of their format.
 
 An event has the tags of the format's description: ``Date``, ``Star`` and ``Asteroid`` under ``Details``, and for each
-observer under ``Observations`` an ``ID`` with the place, and ``D`` and ``R`` with the times of disappearance and
+observer under ``Observations`` an ``ID`` with the coordinates, and ``D`` and ``R`` with the times of disappearance and
 reappearance. Items of a tag are separated by vertical bars.
 """
 

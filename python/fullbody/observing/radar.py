@@ -29,8 +29,8 @@ class RadarAstrometry(Observations):
     """Ranges and range rates of a body's centre of mass, from the observer or relative to another body.
 
     The range is the distance from the body, at the time when it reflects the signal, to the observer, at the time when
-    the echo arrives. The range rate is its derivative with respect to the time of arrival. The way to the body counts
-    as long as the way back.
+    the echo arrives. The range rate is its derivative with respect to the time of arrival. The path to the body is
+    taken to be as long as the path back.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ class ShadowPath:
     times : list of Quantity
         Times on the system's clock.
     longitude, latitude : dict of masked array, (K,)
-        Geodetic places in degrees, masked where a line misses the Earth. The keys are ``"centre"``, the limits
+        Geodetic coordinates in degrees, masked where a line misses the Earth. The keys are ``"centre"``, the limits
         ``"north"`` and ``"south"``, and with errors ``"error_north"`` and ``"error_south"``, the limits moved outwards.
     duration : ndarray, (K,)
         The longest duration of the occultation on the central line, in s.

@@ -57,9 +57,9 @@ class StellarOccultation(PredictedChords):
     -----
     A body hides the star as for :func:`occultation_chords`. Residuals are observed minus predicted times. If the
     predicted chord is shorter than a quarter of the observed one, or than twice the standard error, half its duration
-    is continued linearly in its square, also where the body misses the station, so that a fit finds its way back.
+    is continued linearly in its square, also where the body misses the station, so that a fit can return from there.
     A miss has the residual zero unless a body hides the star in the watched interval; then it is minus the time in
-    which the line of sight would leave the body by the shortest way.
+    which the line of sight would leave the body by the shortest path.
 
     Predicted times are not linear in the offset. It is found at the least chi2 for each run, by iterations that
     integrate nothing, and the predictions are linear about it. With one chord, the body may be on either side of it.
@@ -108,7 +108,7 @@ class StellarOccultation(PredictedChords):
         """Read the chords of an event from a file in the format of KOALA, which ADAM reads too.
 
         Such a file has the vector from the body to the Earth and its rate of change, and for each chord two times,
-        their errors in s, and the places of the station at both times, to the west and to the north in the plane of the
+        their errors in s, and the positions of the station at both times, to the west and to the north in the plane of the
         sky that moves with the shadow.
 
         Parameters
@@ -119,7 +119,7 @@ class StellarOccultation(PredictedChords):
         event : int, optional
             The index of the event, in a file with several.
         offset : "free" or (east, north)
-            As for the class; it counts from the mean of the places of the file.
+            As for the class; it counts from the mean of the positions in the file.
         scale : str
             The time scale of the file's dates.
 
@@ -256,7 +256,7 @@ class StellarOccultation(PredictedChords):
         Returns
         -------
         astropy Time, Quantity or ndarray, (K,)
-            Times of the kind of ``times``; a miss has the middle of its interval, later by minus its residual.
+            Times of the kind of ``times``; a miss has the middle of its interval minus its residual.
         """
         change = self._attach(self._solved(run, linear)[0], run.system)
         return self.times + (change.to("s") if are_dates(self.times) else change)

@@ -61,7 +61,7 @@ def test_blocks_of_old_files_end_without_a_mark(tmp_path):
         assert np.array_equal(first.magnitude, other.magnitude)
 
 
-def test_constants_of_a_block_are_undone(tmp_path):
+def test_constant_corrections_of_a_block_are_removed(tmp_path):
     words = ["LTCAPP=AVERAGE", "LTCTYPE=LIGHTTIME", "LTCDAYS=-0.01099", "REDUCEDMAGS=AVERAGE", "UCORMAG=-3.697"]
     lines = [*HEAD, *words, "MAGADJUST=+0.040", "ENDMETADATA", "DATA=2455817.7|7.3|+0.004", "ENDDATA"]
     (result,) = read(written(tmp_path, *lines))

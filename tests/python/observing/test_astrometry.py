@@ -187,7 +187,7 @@ def test_correlations_are_read_from_a_table_with_other_names_of_columns():
     assert data.correlation.tolist() == [0.3]
 
 
-def test_runs_that_do_not_serve_are_refused():
+def test_runs_without_states_at_the_times_are_refused():
     system, geometry = pair()
     state = fullbody.State(position=[[0, 0, 0], [0, 725.0, 1450.0]], velocity=np.zeros((2, 3)))
     data = observing.Astrometry([1.0, 5.0] * u.h, [0.0, 0.0], [0.0, 0.0], 1.0, geometry=geometry)

@@ -197,7 +197,7 @@ def test_light_is_finite_where_outlines_are_tangent(aside):
         assert ((result.brightness >= 0.0) & (result.brightness < 1.6)).all()
 
 
-def test_what_is_wrong_is_named(pair):
+def test_bad_arguments_of_brightness_are_refused_by_name(pair):
     system, state = pair
     good = {"to_observer": [1, 0, 0], "to_sun": [1, 0.2, 0]}
 

@@ -54,7 +54,7 @@ def reference_geometry(case):
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 @pytest.mark.parametrize("index", range(4))
-def test_chords_are_those_of_forty_digits(index):
+def test_chords_are_those_of_40_digit_arithmetic(index):
     case = reference("chords")["cases"][index]
     seen = sorted({chord["station"] for chord in case["chords"]})
     # The station 17 of the last case misses the body by one percent of its radius.

@@ -275,7 +275,7 @@ def test_shapes_of_another_form_are_refused_by_line(tmp_path, line, text, messag
     refused_with(message, lambda: observing.read_damit_model(path, SPIN, density="2 g/cm3"))
 
 
-def test_options_and_scales_are_checked():
+def test_bad_options_of_the_readers_are_refused():
     message = "diameter is 77; expected a Quantity"
     refused_with(message, lambda: observing.read_damit_model(SHAPE, SPIN, density="2 g/cm3", diameter=77))
     message = "diameter is '-5 km'; expected a number above zero"

@@ -85,7 +85,7 @@ def boxes_by_rays(low, high, e, s, n):
     return total
 
 
-def test_boxes_on_a_grid_shine_as_rays_tell():
+def test_light_of_boxes_on_a_grid_is_that_of_rays():
     rng = np.random.default_rng(8)
     for _ in range(12):
         count = int(rng.integers(2, 5))

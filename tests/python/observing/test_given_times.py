@@ -71,7 +71,7 @@ def test_columns_of_texts_need_a_format_and_a_scale():
         (["2022-13-01 UTC"] * 2, "is '2022-13-01 UTC': "),
     ],
 )
-def test_what_is_not_a_date_is_told_how_to_be_one(times, message):
+def test_errors_state_the_form_that_a_date_needs(times, message):
     with pytest.raises(InvalidInput, match=f"times of Photometry.*{message}"):
         observing.Photometry(times, ROWS["magnitude"], ROWS["sigma"], geometry=GEOMETRY)
 

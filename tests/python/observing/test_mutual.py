@@ -187,7 +187,7 @@ def test_events_are_kept_in_files(tmp_path):
     assert fullbody.load(tmp_path / "run.nc").events == run.events
 
 
-def test_what_cannot_be_is_refused():
+def test_bad_geometries_and_occultations_are_refused():
     system, state, run = circular()
     refused("integrate with dense=True", lambda: observing.mutual_events(system.integrate(state, 1.0), view()))
     with pytest.raises(InvalidInput, match="no time in common"):

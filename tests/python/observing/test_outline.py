@@ -187,7 +187,7 @@ def test_a_fit_finds_the_axes_and_the_pointing_from_the_points_of_a_limb():
         ({"east": np.zeros(3) * u.km}, "east of Outline has the unit km"),
     ],
 )
-def test_what_is_wrong_is_named(options, message):
+def test_bad_outlines_are_refused_by_name(options, message):
     run, geometry = seen([fullbody.Sphere(2.0)], [[0, 0, 0]])
     arguments = {"east": np.zeros(3) * u.mas, "north": np.zeros(3) * u.mas, "sigma": 1 * u.mas, "body": "A"} | options
     refused(message, lambda: observing.Outline(0.0 * u.h, **arguments, geometry=geometry).predict(run))

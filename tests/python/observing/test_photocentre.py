@@ -168,7 +168,7 @@ def test_corrections_of_the_heliocentric_elements_displace_the_barycentre_as_ano
         ({"scan_angle": SCAN[:3]}, r"scan_angle of Photocentre has shape \(3,\); expected 12 rows"),
     ],
 )
-def test_what_is_wrong_is_named(geometry, options, message):
+def test_bad_photocentres_are_refused_by_name(geometry, options, message):
     arguments = {"offset": np.zeros(12) * u.mas} | options
     refused(message, lambda: photocentre(geometry, **arguments))
 

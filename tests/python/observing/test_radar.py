@@ -89,7 +89,7 @@ def test_rows_of_tables_are_sorted_and_missing_ones_left_out(run, geometry):
     np.testing.assert_array_equal(back.residuals(run).range, data.residuals(run).range)
 
 
-def test_bodies_that_are_one_and_unknown_ones_are_refused(run, geometry):
+def test_equal_and_unknown_bodies_are_refused(run, geometry):
     for about, message in (("B", "both B; expected two bodies"), ("C", "about of RadarAstrometry is 'C'")):
         data = observing.RadarAstrometry(
             [200.0] * u.s, range=[1.0], sigma=1.0, body="B", about=about, geometry=geometry

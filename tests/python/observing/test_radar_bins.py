@@ -186,7 +186,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("match", "given"), REFUSED, ids=[row[0] for row in REFUSED])
-def test_what_no_radar_can_be_is_refused_by_name(match, given):
+def test_bad_options_of_a_radar_are_refused_by_name(match, given):
     options = {"geometry": at_rest(), "frequencies": EDGES} | FULL | given
     run = run_of(Sphere(0.7), Sphere(0.3), position=[[0, 0, 0], [0, 3, 0]], masses=[1.0, 1e-9])
     refused(match, lambda: observing.radar_spectrum(run, [0.0], **options))

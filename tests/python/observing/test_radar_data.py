@@ -190,7 +190,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("match", "given"), REFUSED, ids=[row[0] for row in REFUSED])
-def test_data_that_cannot_be_are_refused_by_name(geometry, match, given):
+def test_bad_spectra_are_refused_by_name(geometry, match, given):
     options = {"power": np.ones((4, 28)), "sigma": 1.0, "frequencies": EDGES, "geometry": geometry, **RADAR} | given
     refused(match, lambda: observing.RadarSpectrum(TIMES, options.pop("power"), options.pop("sigma"), **options))
 

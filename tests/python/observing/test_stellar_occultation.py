@@ -43,7 +43,7 @@ def observed(begin, end, heights=(0.0,), sigma=0.1, frame="equatorial", **option
 
 @pytest.mark.parametrize("values", [True, False])
 @pytest.mark.parametrize("index", range(4))
-def test_predictions_are_the_times_of_forty_digits(index, values):
+def test_predictions_are_the_times_of_40_digit_arithmetic(index, values):
     case = reference("chords")["cases"][index]
     chords = case["chords"]
     data = observing.StellarOccultation(
@@ -251,7 +251,7 @@ def test_a_companion_without_a_surface_leaves_derivatives_exact():
     assert jacobian.differenced_observations == {}
 
 
-def test_a_body_that_misses_a_station_has_predictions_that_lead_back():
+def test_half_durations_are_continued_linearly_in_their_squares_where_a_body_misses():
     # A chord was seen at a height of 45, where the predicted sphere is too small by up to 10.
     half = 5.0
     data = observed([500.0 - half], [500.0 + half], heights=[45.0])
@@ -263,7 +263,7 @@ def test_a_body_that_misses_a_station_has_predictions_that_lead_back():
         assert result == pytest.approx([wanted - half, half - wanted], abs=1e-6)
 
 
-def test_a_miss_is_one_within_the_interval_that_the_station_watched():
+def test_a_miss_counts_within_the_interval_that_the_station_watched():
     run = run_of(fullbody.Sphere(50.0), frame="equatorial")
     watched = ([NAN, 490.0, 490.0, 560.0] * u.s, [NAN, 520.0, 520.0, 580.0] * u.s)
     nothing = [495.0, NAN, NAN, NAN], [505.0, NAN, NAN, NAN]
@@ -275,14 +275,14 @@ def test_a_miss_is_one_within_the_interval_that_the_station_watched():
     assert by_station[2].tolist() == by_station[3].tolist() == [0.0]
 
 
-def test_one_contact_of_a_chord_counts_alone():
+def test_a_chord_with_one_timed_contact_has_one_row():
     run = run_of(fullbody.Sphere(50.0), frame="equatorial")
     data = observed([495.2, NAN], [NAN, 505.3], heights=[0.0, 0.0])
     assert data.residuals(run).to_value("s") == pytest.approx([0.2, 0.3], abs=1e-9)
     assert data.predict(run).to_value("s") == pytest.approx([495.0, 505.0], abs=1e-9)
 
 
-def test_stations_at_two_times_and_in_the_plane_of_the_sky_are_those_that_move():
+def test_stations_given_at_two_times_move_uniformly():
     run = run_of(fullbody.Sphere(50.0), frame="equatorial")
     star, _, geometry, east, north = tilted([0.0])
     # The station moves to the west at 2 km/s, so that the line of sight passes at 8 km/s.
