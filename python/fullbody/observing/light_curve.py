@@ -137,7 +137,7 @@ def epochs_at(
     orbits: float,
     sizes: float,
 ) -> Epochs:
-    """Return what a photometer sees, after checking that observer and Sun are as far as :func:`refuse_near` requires."""
+    """Return what a photometer sees, after :func:`refuse_near` has checked the distances of observer and Sun."""
     attitude, times = retarded_states.attitude(states["attitude"], states["spin"]), retarded_states.times
     to_sun = local.sun(times)
     for name, vector in (("observer", retarded_states.observer), ("Sun", to_sun)):

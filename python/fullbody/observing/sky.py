@@ -41,7 +41,7 @@ def east_and_north(directions: Floats, pole: Floats) -> Floats:
     size = np.linalg.norm(east, axis=-1, keepdims=True)
     if not (size > 0.0).all():
         raise InvalidInput(
-            "a star or a body is at the pole of the sky, where east and north are not defined; expected another direction"
+            "a star or a body is at the pole of the sky, where east and north are not defined; expected another one"
         )
     east = east / size
     return np.stack([east, np.cross(directions, east)], axis=-2)

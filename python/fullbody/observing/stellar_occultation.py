@@ -108,8 +108,8 @@ class StellarOccultation(PredictedChords):
         """Read the chords of an event from a file in the format of KOALA, which ADAM reads too.
 
         Such a file has the vector from the body to the Earth and its rate of change, and for each chord two times,
-        their errors in s, and the positions of the station at both times, to the west and to the north in the plane of the
-        sky that moves with the shadow.
+        their errors in s, and the positions of the station at both times, to the west and to the north in the plane of
+        the sky that moves with the shadow.
 
         Parameters
         ----------

@@ -275,7 +275,7 @@ class SystemGeometry:
         return np.asarray(times - np.linalg.norm(self.observer(times), axis=-1) / self.light_speed)
 
     def arrival(self, times: Any, position: Any = 0.0) -> Floats:
-        """Return times (...) at which light from the barycentre, or from positions (..., 3), arrives at the observer."""
+        """Return times (...) at which light from the barycentre, or positions (..., 3), arrives at the observer."""
         emitted = np.asarray(times, dtype=np.float64)
         if np.isinf(self.light_speed):
             return emitted
