@@ -191,7 +191,7 @@ def _displaced(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> 
     else:
         rotation = rotations.of_vectors(step * np.eye(3)[axis])
         attitude[:, body] = rotations.products(attitude[:, body], rotation)
-    return epochs._replace(position=position, attitude=attitude)
+    return Epochs(epochs.times, position, attitude, *epochs[3:])
 
 
 def semi_axes(system: SystemLike, body: int) -> Floats:

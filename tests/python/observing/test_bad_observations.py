@@ -16,15 +16,8 @@ UNITLESS = observing.Geometry([0.0, 100.0], to_observer=[1e6, 2e5, 4e5], light_t
 
 
 def radar(**options):
-    arguments = {
-        "times": [1.0, 2.0, 3.0],
-        "range": np.ones(3),
-        "sigma": 0.1,
-        "body": 1,
-        "about": 0,
-        "geometry": UNITLESS,
-    }
-    return observing.RadarAstrometry(**(arguments | options))
+    arguments = {"times": [1.0, 2.0, 3.0], "range": np.ones(3), "sigma": 0.1, "body": 1, "about": 0}
+    return observing.RadarAstrometry(**(arguments | {"geometry": UNITLESS} | options))
 
 
 def astrometry(**options):
@@ -36,8 +29,8 @@ def photometry(**options):
     return observing.Photometry(**({"times": TIMES, "magnitude": np.ones(3), "sigma": 0.1, "geometry": VIEW} | options))
 
 
-def polar(separation, angle, sigma=1 * u.mas, geometry=VIEW):
-    return observing.Astrometry.from_polar([1.0] * u.h, separation, angle, sigma, 0.1 * u.rad, geometry=geometry)
+def polar(separation, angle):
+    return observing.Astrometry.from_polar([1.0] * u.h, separation, angle, 1 * u.mas, 0.1 * u.rad, geometry=VIEW)
 
 
 def table(columns=("times", "east", "north", "sigma_east", "sigma_north"), **options):

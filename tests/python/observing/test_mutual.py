@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
-from support import refused
+from support import body_list, refused
 from support.meshes import box
 
 A, R1, R2 = 10.0, 1.5, 1.0
@@ -14,19 +14,16 @@ A, R1, R2 = 10.0, 1.5, 1.0
 AXIS = [1.0, 0.0, 0.0]
 
 
-def circular(inclination=0.0, radii=(R1, R2), span=1.2):
+def circular(inclination=0.0, until=2.4 * np.pi, **options):
     """Two spheres on a circular orbit of period 2 pi, inclined to the direction to the observer; a run and its start.
 
     Body B begins at its largest distance from the line of sight, moving behind body A.
     """
-    bodies = [
-        fullbody.Body(fullbody.Sphere(r), mass=m, name=n) for r, m, n in zip(radii, (0.7, 0.3), "AB", strict=True)
-    ]
-    system = fullbody.System(bodies, G=A**3, gravity="point")
-    r = A * np.array([0.0, np.cos(0.0), 0.0])
-    v = A * np.array([-np.cos(inclination), 0.0, -np.sin(inclination)])
+    bodies = body_list(A=(fullbody.Sphere(R1), 0.7), B=(fullbody.Sphere(R2), 0.3))
+    system = fullbody.System(bodies, G=A**3, gravity="point", **options)
+    r, v = A * np.array([0.0, 1.0, 0.0]), A * np.array([-np.cos(inclination), 0.0, -np.sin(inclination)])
     state = fullbody.State(position=np.outer([-0.3, 0.7], r), velocity=np.outer([-0.3, 0.7], v))
-    return system, state, system.integrate(state, span * 2 * np.pi, dense=True)
+    return system, state, system.integrate(state, until, dense=True)
 
 
 def view(span=20.0, **options):

@@ -61,8 +61,9 @@ def test_predictions_are_the_times_of_40_digit_arithmetic(index, values):
     assert data.identified(run) == tuple("AB"[chords[station]["body"]] for station in data.station)
 
 
-def tilted(heights, angle=0.3):
+def tilted(heights):
     """A star, stations and a geometry with the star at a declination of 90 degrees minus an angle."""
+    angle = 0.3
     star = np.array([np.sin(angle), 0.0, np.cos(angle)])
     east, north = np.array([0.0, 1.0, 0.0]), np.array([-np.cos(angle), 0.0, np.sin(angle)])
     ends = np.array([400.0, 600.0])
@@ -74,9 +75,9 @@ def tilted(heights, angle=0.3):
 HEIGHTS = np.array([-30.0, -10.0, 5.0, 25.0])
 
 
-def simulated(shape, heights=HEIGHTS, displaced=(0.0, 0.0), attitude=None, spin=None, angle=0.3, **options):
+def simulated(shape, heights=HEIGHTS, displaced=(0.0, 0.0), attitude=None, spin=None, **options):
     """Data of chords of a body that is displaced in the sky by lengths to the east and to the north, and its run."""
-    star, stations, geometry, east, north = tilted(heights, angle)
+    star, stations, geometry, east, north = tilted(heights)
     run = run_of(shape, attitude=attitude, spin=spin, frame="equatorial")
     # The stations are moved instead of the body.
     changed = stations - (displaced[0] * east + displaced[1] * north) * u.km
