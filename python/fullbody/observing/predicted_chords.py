@@ -229,7 +229,8 @@ class PredictedChords(ObservedChords):
         by = super().linear_derivatives(run, held)
         if self._fixed is not None:
             return by
-        (event, solution), pulls = self._solved_event(run.system, self._states(run)), held.rows.ravel()
+        states, pulls = self._states(run), held.rows.ravel()
+        event, solution = self._solved_event(run.system, states)
         sigma = event.sigma[:, None]
         derivatives, size = np.column_stack([by.start, *by.by_parameter.values()]), len(sigma)
         design, count = solution.design / sigma, len(solution.values)
@@ -243,7 +244,7 @@ class PredictedChords(ObservedChords):
                 shifted = super(PredictedChords, other).linear_derivatives(run, held)
                 derivative = np.column_stack([shifted.start, *shifted.by_parameter.values()])[:size]
                 direct[column] -= sign * derivative / (2.0 * step)
-                other_design = other._solved_event(run.system, other._states(run))[1].design / sigma
+                other_design = other._solved_event(run.system, states)[1].design / sigma
                 by_unknowns[column] += sign * other_design / (2.0 * step)
         curvature = np.einsum("k,lkm->lm", pulls, by_unknowns)
         right_side = design.T @ derivatives[:size] + np.einsum("k,lkn->ln", pulls, direct)
