@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.arguments import options_of, refuse_unknown
 from ..base.atomic import replacing
 from ..base.foreign import are_dates
 from ..base.kinds import choice, flag, instance
@@ -18,7 +17,7 @@ from ..errors import InvalidInput
 from ..files.text import NOT_NEGATIVE, Text
 from ..typing import Floats
 from .photometry import Photometry
-from .scatter import Curve, standard_errors
+from .scatter import Curve, refuse_options, standard_errors
 from .times import LIGHT_SPEED
 from .vectors import Vectors
 
@@ -125,8 +124,7 @@ def read_alcdef(
     >>> night.nights, night.magnitude, night.sigma
     (array(['2011-09-13 C'], dtype='<U12'), array([7.328, 7.317]), array([0.004, 0.004]))
     """
-    fixed = ("times", "magnitude", "sigma", "geometry", "zero", "night", "filter", "airmass", "reduced")
-    refuse_unknown(options, [name for name in options_of(Photometry) if name not in fixed], "read_alcdef")
+    refuse_options(options, "read_alcdef")
     instance(geometry, "geometry", Vectors, "an observing.Geometry")
     flag(airmass, "airmass")
     text = Text(path)

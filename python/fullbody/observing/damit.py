@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.arguments import options_of, refuse_unknown
+from ..base.arguments import refuse_unknown
 from ..base.epochs import date
 from ..base.kinds import choice
 from ..base.unit_names import unit_named
@@ -22,7 +22,7 @@ from ..typing import Floats
 from .geometry import Geometry
 from .laws import LinearExponential, LommelSeeligerLambert
 from .photometry import Photometry
-from .scatter import Curve, standard_errors
+from .scatter import Curve, refuse_options, standard_errors
 
 _POINT = "JD, intensity, and the vectors to the Sun and to the Earth, 8 numbers"
 _SCALES = ("tdb", "tt", "utc", "tai")
@@ -95,8 +95,7 @@ def read_damit(path: Any, *, sigma: Any = None, scale: str = "tdb", **options: A
     >>> curves[0].magnitude.round(3), curves[0].nights
     (array([-0.063, -0.032]), array(['curve 1'], dtype='<U7'))
     """
-    fixed = ("times", "magnitude", "sigma", "geometry", "zero", "night", "filter", "airmass", "reduced")
-    refuse_unknown(options, [name for name in options_of(Photometry) if name not in fixed], "read_damit")
+    refuse_options(options, "read_damit")
     choice(scale, "scale", _SCALES)
     text = Text(path)
     is_json = str(path).lower().endswith(".json")

@@ -14,8 +14,7 @@ from .koala import read_koala
 from .occult import read_occult, write_occult
 from .pictures import draw_chords
 from .predicted_chords import PredictedChords
-from .report import Report, reports_of
-from .sodis import read_sodis, write_sodis
+from .report import Report, read_sodis, reports_of, write_sodis
 
 
 class StellarOccultation(PredictedChords):
