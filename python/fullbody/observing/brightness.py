@@ -115,11 +115,7 @@ class Epochs(NamedTuple):
 class Photometer:
     """The bodies of a system with their surfaces, for any number of epochs, in numbers of the system's units.
 
-    Parameters
-    ----------
-    system : System
-    law, albedo, mutual, sun_radius
-        Options of :func:`brightness`.
+    Law, albedo, mutual and the Sun's radius are options of :func:`brightness`.
     """
 
     def __init__(

@@ -97,15 +97,7 @@ def apparent_body(retarded: RetardedStates, states: dict[str, Any], index: int, 
 
 
 class Passage:
-    """Base of the passages of the lines of sight of K rows past one body with limbs, which find its contacts.
-
-    Parameters
-    ----------
-    rows : ContactRows
-    path : callable
-        The function from rows and times to a :class:`StationPath`.
-    limbs : list of Limb
-    """
+    """Base of the passages of the lines of sight of K rows past one body with limbs, which find its contacts."""
 
     def __init__(self, rows: ContactRows, path: PathFunction, limbs: Sequence[Limb]) -> None:
         self.rows, self._path, self.limbs = rows, path, limbs

@@ -27,10 +27,7 @@ _WHAT = "a place on the Earth"
 class Earth:
     """The Earth at times of a system's clock, along the system's axes.
 
-    Parameters
-    ----------
-    delayed : bool
-        Whether times are those of arrival of the light, so that the light time within the Earth counts.
+    It is ``delayed`` if times are those of arrival of the light, so that the light time within the Earth counts.
     """
 
     def __init__(self, delayed: bool) -> None:

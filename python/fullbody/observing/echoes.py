@@ -88,15 +88,7 @@ class Echo:
 
 
 class EchoModel:
-    """A radar that looks at a system: computes cross sections of bodies in the system's units.
-
-    Parameters
-    ----------
-    system : System
-    geometry : Vectors
-        The geometry of the receiver.
-    options : RadarOptions
-    """
+    """A radar, whose receiver has a geometry: computes cross sections of bodies in the system's units."""
 
     def __init__(self, system: SystemLike, geometry: Vectors, options: RadarOptions) -> None:
         self.system, self.options, names = system, options, system.context.names

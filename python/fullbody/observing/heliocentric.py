@@ -22,12 +22,7 @@ def displacements(system: SystemLike, local: SystemGeometry, times: Floats) -> l
     """Return the displacements (K, 3) of the barycentre by each element, per unit of it, in the system's axes.
 
     The orbit is that which osculates the path of the geometry at the mean of the times (K,), and its elements refer to
-    the ecliptic of J2000.
-
-    Raises
-    ------
-    InvalidInput
-        For a geometry whose Sun does not move, and for one whose path is no orbit about the Sun.
+    the ecliptic of J2000. A geometry whose Sun does not move, or whose path is no orbit about the Sun, is refused.
     """
     from astropy.constants import GM_sun
 

@@ -155,14 +155,9 @@ def derivatives(photometer: Photometer, epochs: Epochs, sizes: Floats) -> tuple[
     """Return the centre of light and its derivatives with respect to the poses of N bodies of these sizes (N,).
 
     Let B be the brightness of a body, M its first moments and r its position. The centre is the sum of B r + M over the
-    sum of B. What B and M add to the derivatives is differenced by the poses, with errors of fourth order.
-
-    Returns
-    -------
-    CentreOfLight
-    position, rotation : ndarray, (K, 3, N, 3)
-        Derivatives of the centre with respect to the positions of the bodies, and to their rotation vectors in their
-        body frames.
+    sum of B. What B and M add to the derivatives is differenced by the poses, with errors of fourth order. The
+    derivatives (K, 3, N, 3) are those with respect to the positions of the bodies, and to their rotation vectors in
+    their body frames.
     """
     light = photometer.moments(epochs)
     centre = centre_of(epochs, light)
@@ -209,26 +204,15 @@ def semi_axes(system: SystemLike, body: int) -> Floats:
 
 
 def photocentre(axes: Floats, attitude: Any, to_observer: Floats, to_sun: Floats) -> Any:
-    """Return the offset (K, 3) of a body's centre of light from its centre, by Lommel-Seeliger's law, without events.
+    """Return the offset (..., 3) of a body's centre of light from its centre, by Lommel-Seeliger's law, without events.
 
     Let p = A^-1 e and q = A^-1 s in body axes with A = diag(a, b, c), the pole of the unit sphere along p x q, and l
     the longitude from p toward q. The light from longitude l and latitude b is g(l) cos(b)^2 db dl with g proportional
     to cos l cos(l - alpha) / cos(l - L), alpha the angle from p to q and L that from p to p + q. The mean of A u has
     closed forms: the integrals over b are pi/2 and 4/3, and those over l are elementary.
 
-    Parameters
-    ----------
-    axes : ndarray, (3,)
-        Semi-axes.
-    attitude : ndarray, (..., 4)
-        Unit quaternions; they may be complex, as the vectors.
-    to_observer, to_sun : ndarray, (..., 3)
-        Vectors from the body, inertial frame.
-
-    Returns
-    -------
-    ndarray, (..., 3)
-        Offsets in the inertial frame.
+    The semi-axes are (3,), the attitudes (..., 4), and the vectors from the body (..., 3) and the offsets in the
+    inertial frame; attitudes and vectors may be complex.
     """
     if not axes.any():
         return np.zeros_like(to_observer)

@@ -34,14 +34,9 @@ class LimbPoints(NamedTuple):
 
 
 class Limb:
-    """The limb of a part of a body, whose centre and rotation matrix are given in the body's frame.
+    """The limb of a part of a body, whose centre (3,) and rotation matrix (3, 3) are given in the body's frame.
 
-    Attributes
-    ----------
-    position : ndarray, (3,)
-    rotation : ndarray, (3, 3)
-    radius : float
-        An upper bound of the distance of the part's points from the body's centre.
+    The ``radius`` is an upper bound of the distance of the part's points from the body's centre.
     """
 
     def __init__(self, position: Floats, rotation: Floats, radius: float) -> None:
@@ -208,13 +203,7 @@ class MeshLimb(Limb):
 def limbs_of(system: SystemLike, body: int, semi_axes: Any = None) -> list[Limb]:
     """Return the limbs of the parts of a body with surfaces: none for a point, and none for voids.
 
-    Parameters
-    ----------
-    system : System
-    body : int
-        The index of the body.
-    semi_axes : array_like, (3,), optional
-        Other semi-axes, which may be complex, for a body that is an ellipsoid.
+    A body that is an ellipsoid may have other ``semi_axes`` (3,), which may be complex.
     """
     limbs: list[Limb] = []
     for shape, mass, position, rotation in system.context.bodies[body].parts:
@@ -241,16 +230,9 @@ class PosedLimbs(NamedTuple):
     matrix: Floats
 
     def outermost(self, sight: Floats, axes: Floats, rays: Floats) -> LimbPoints:
-        """Return the outermost points on rays from the centre across a line of sight.
+        """Return the outermost points on rays from the centre across a line of sight, the unit vector ``sight`` (3,).
 
-        Parameters
-        ----------
-        sight : ndarray, (3,)
-            The unit vector to the observer.
-        axes : ndarray, (2, 3)
-            Unit vectors across the line of sight.
-        rays : ndarray, (n, 2)
-            Unit vectors along these.
+        The rays (n, 2) are unit vectors along the ``axes`` (2, 3), which are perpendicular to the line of sight.
         """
         result = LimbPoints(np.zeros(len(rays)), np.zeros((len(rays), 3)), np.zeros((len(rays), 3)))
         for limb in self.limbs:

@@ -18,22 +18,10 @@ def draw(
     axes: Any,
     kwargs: dict[str, Any],
 ) -> Any:
-    """Draw data with their errors over predictions, and below them the residuals.
+    """Draw data with their errors over predictions, and below them the residuals, and return the axes (2, C).
 
-    Parameters
-    ----------
-    across : (ndarray, (K,), str)
-        The numbers or dates along the horizontal axis, and its label.
-    parts : mapping of str to three ndarrays or Quantities, (K,)
-        For each number of a row its name with predictions, residuals and standard errors.
-    axes : array of matplotlib Axes, or None
-        Two rows with a column for each number.
-    kwargs : dict
-        Options for ``Axes.errorbar``.
-
-    Returns
-    -------
-    ndarray of Axes, (2, C)
+    The horizontal axis has the numbers or dates (K,) of ``across``, and its label. The ``parts`` are predictions,
+    residuals and standard errors (K,) by the names of the C numbers of a row; ``kwargs`` go to ``Axes.errorbar``.
     """
     flat, result = panels(axes, (2, len(parts)), (0.6 + 4.6 * len(parts), 4.8))
     x_values, label = across

@@ -47,15 +47,7 @@ class DesignArgument(NamedTuple):
 
 
 class Predictions:
-    """Base class of observations of K rows of C numbers, which predicts them from a run and compares the two.
-
-    Attributes
-    ----------
-    times : astropy Time, Quantity or ndarray, (K,)
-        Times at the observer.
-    geometry : Geometry
-        The positions of the observer and of the Sun.
-    """
+    """Base class of observations of K rows of C numbers, which predicts them from a run and compares the two."""
 
     #: Whether predictions depend on the shapes and attitudes of bodies.
     _depends_on_figures = False

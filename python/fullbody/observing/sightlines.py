@@ -45,14 +45,7 @@ class Sight(NamedTuple):
 class SightLines:
     """Lines of sight past the bodies of a run with its continuous solution.
 
-    Parameters
-    ----------
-    run : Run
-        A run with ``dense=True``.
-    geometry : Geometry
-    star : Star
-    stations : Stations or None
-        The stations; ``None`` for the observer of the geometry alone.
+    They begin at stations, or without these at the observer of the geometry.
     """
 
     def __init__(self, run: Record, geometry: Vectors, star: Star, stations: Stations | None) -> None:

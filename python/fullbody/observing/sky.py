@@ -32,10 +32,7 @@ def pole_of(system: SystemLike) -> Floats:
 def east_and_north(directions: Floats, pole: Floats) -> Floats:
     """Return unit vectors (..., 2, 3) to the east and to the north at directions (..., 3), for a pole of the sky (3,).
 
-    Raises
-    ------
-    InvalidInput
-        For a direction to a pole of the sky.
+    A direction to a pole of the sky is refused.
     """
     east = np.cross(pole, directions)
     size = np.linalg.norm(east, axis=-1, keepdims=True)
@@ -91,15 +88,7 @@ def warn_if_wide(radians: Floats, what: str) -> None:
 
 
 class SkyObservations(Observations):
-    """Base of observations of angles in the sky: K rows of C numbers in radians, with their standard errors.
-
-    Attributes
-    ----------
-    unit : unit or None
-        The unit of the angles; ``None`` for plain numbers, which are radians.
-    frame : str or astropy frame
-        The axes of the sky.
-    """
+    """Base of observations of angles in the sky: K rows of C numbers in radians, with their standard errors."""
 
     _error_unit = "rad"
     _values: Floats
@@ -111,6 +100,7 @@ class SkyObservations(Observations):
         cached_rotation("equatorial", frame)
         if unit is None:
             warn_if_wide(values, f"the offsets of {owner}")
+        #: The unit of the angles, ``None`` for plain numbers, which are radians; and the axes of the sky.
         self.unit, self.frame = unit, frame
         self._values, self._sigma = values, positive_rows(sigma, f"sigma of {owner}")
 

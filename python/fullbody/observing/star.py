@@ -27,13 +27,9 @@ _WHAT = "a star with a proper motion or a distance"
 class Star:
     """The direction to a star, which is a point.
 
-    Parameters
-    ----------
-    star : SkyCoord, (ra, dec) or array_like (3,)
-        The star's position in the ICRS; a ``SkyCoord`` may have a proper motion, with ``obstime``, and a distance, from
-        which the parallax of an observer at the centre of the Earth follows. A vector is along the axes of the
-        geometry.
-    geometry : Geometry
+    It is a ``SkyCoord`` or (ra, dec) in the ICRS, or a vector (3,) along the axes of the geometry. A ``SkyCoord`` may
+    have a proper motion, with ``obstime``, and a distance, from which the parallax of an observer at the centre of the
+    Earth follows.
     """
 
     def __init__(self, star: Any, geometry: Vectors) -> None:

@@ -36,24 +36,13 @@ def refuse_near(
     orbits: float,
     sizes: float,
 ) -> None:
-    """Raise an error for an observer, or a Sun, that is too near, or even inside a body.
+    """Raise an error for a source, the "observer" or the "Sun", that is too near to the bodies, or even inside one.
 
-    Parameters
-    ----------
-    system : System
-    local : SystemGeometry
-        The geometry. Where only the directions of its vectors count, the source just has to be outside the bodies.
-    what : str
-        The source, "observer" or "Sun", for the message.
-    source : ndarray, (K, 3)
-        Vectors from the barycentre to the source.
-    centre, attitude : ndarray, (K, N, 3) and (K, N, 4)
-        Poses of the bodies. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
-    times : ndarray, (K,)
-        Times, for the message.
-    orbits, sizes : float
-        The least distance from the barycentre is the largest over all bodies of ``orbits`` times a body's own distance
-        plus ``sizes`` times its radius.
+    The ``source`` (K, 3) is the vector to it from the barycentre at times (K,), and ``centre`` (K, N, 3) and
+    ``attitude`` (K, N, 4) are the poses of the bodies. The least distance is the largest over all bodies of ``orbits``
+    times a body's own distance plus ``sizes`` times its radius. Where only the directions of the vectors of the
+    geometry count, the source just has to be outside the bodies. Those other than ellipsoids count as ellipsoids with
+    the same moments of inertia.
     """
     axes = np.array([body.semi_axes for body in system.context.bodies])
     distance = np.linalg.norm(source, axis=-1)
@@ -77,21 +66,12 @@ def refuse_near(
 
 
 class RetardedStates:
-    """States of bodies at their retarded times, when the light left them that arrives at the observer at given times.
+    """States of bodies at their retarded times, when the light left them that arrives at the observer at times (K,).
 
     Each body is taken to move on a straight line and to rotate uniformly about its pose at the time of the states, up
-    to the ``deviations`` that :func:`retarded` adds to these.
-
-    Parameters
-    ----------
-    geometry : SystemGeometry
-    times : ndarray, (K,)
-        Times when the light arrives.
-    masses : ndarray, (N,)
-    states : dict of ndarray, (..., K, N, 3) and (..., K, N, 4)
-        Positions, velocities, attitudes and spins; they may be complex, and several for each time.
-    lag : ndarray, (K,), optional
-        The times of the states minus those at which the light left the barycentre; zero unless given.
+    to the ``deviations`` that :func:`retarded` adds to these. The states (..., K, N, 3) and (..., K, N, 4) may be
+    complex, and several for each time. Their ``lag``, () or (K,), is their time minus that at which the light left the
+    barycentre.
     """
 
     def __init__(

@@ -35,14 +35,10 @@ _EXPECTED = (
 class Stations:
     """S stations, whose positions are vectors from the observer of the geometry.
 
-    Parameters
-    ----------
-    stations : EarthLocation, sequence of them, or array_like or Quantity, (S, 3), (S, 2, 3) or (S, 2, 2)
-        Places on the Earth, which need a geometry from its centre; vectors that do not change; vectors at the times of
-        disappearance and of reappearance; or the offsets to the east and to the north at both times in the plane of the
-        sky through the observer, across the direction to the star. Vectors are along the axes of the geometry.
-    geometry : Geometry
-    star : Star
+    They are places on the Earth, ``EarthLocation``, which need a geometry from its centre; vectors (S, 3) that do not
+    change; vectors (S, 2, 3) at the times of disappearance and of reappearance; or the offsets (S, 2, 2) to the east
+    and to the north at both times in the plane of the sky through the observer, across the direction to the star.
+    Vectors are along the axes of the geometry.
     """
 
     def __init__(self, stations: Any, geometry: Vectors, star: Star) -> None:
@@ -153,17 +149,11 @@ class Stations:
 
 
 class StationPaths:
-    """The paths of the stations of K rows: quartic polynomials about the times of the rows.
+    """The paths of the stations of K rows: quartic polynomials about the times (K,) of the rows.
 
-    Parameters
-    ----------
-    times : ndarray, (K,)
-    step : float
-        The time between the nodes. The Earth rotates by 7e-5 rad in a second, so that the error after n steps of s
-        seconds is below (7e-5 n s)^5 of its radius.
-    positions : callable
-        The function from times (K,) to the vectors (K, 3) from the barycentre to the stations, and to unit vectors
-        (K, 3) to the star.
+    The function ``positions`` from times (K,) to vectors (K, 3) from the barycentre to the stations and to unit vectors
+    (K, 3) to the star is called at nodes that are a ``step`` apart. The Earth rotates by 7e-5 rad in a second, so that
+    the error after n steps of s seconds is below (7e-5 n s)^5 of its radius.
     """
 
     def __init__(self, times: Floats, step: float, positions: Callable[[Floats], tuple[Floats, Floats]]) -> None:

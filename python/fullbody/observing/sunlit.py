@@ -22,13 +22,7 @@ if TYPE_CHECKING:
 
 
 class SunlitObservations(Observations):
-    """Base of observations of the light of all bodies of a system together.
-
-    Attributes
-    ----------
-    law, albedo, mutual, sun_radius
-        Options of :func:`brightness`.
-    """
+    """Base of observations of the light of all bodies of a system together."""
 
     #: What is observed, with its article, for errors.
     _quantity = "a magnitude"
