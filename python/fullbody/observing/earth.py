@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.unit_names import unit_named
 from ..base.units import need
 from ..errors import caution
 from ..forces.ephemeris import barycentric
@@ -59,9 +60,7 @@ class Earth:
 
     def sunward(self, system: SystemLike, times: Floats) -> Floats:
         """Return unit vectors (M, 3) from the Earth's centre to the Sun at times (M,)."""
-        from astropy import units as u
-
-        dates = system_epoch(system, _WHAT) + times * seconds(system, _WHAT) * u.s
+        dates = system_epoch(system, _WHAT) + times * seconds(system, _WHAT) * unit_named("s")
         to_sun = barycentric("sun", dates, "builtin") - barycentric("earth", dates, "builtin")
         to_sun /= np.linalg.norm(to_sun, axis=1, keepdims=True)
         return np.asarray(to_sun @ rotation_to_system("equatorial", system, _WHAT).T)
@@ -84,12 +83,11 @@ class Earth:
 def _rotations(epoch: Any, elapsed: Floats) -> Floats:
     """Return the matrices (M, 3, 3) from the frame of the Earth to the axes of the ICRF, without downloads."""
     with need("observing", _WHAT):
-        from astropy import units as u
         from astropy.coordinates import EarthLocation
         from astropy.utils import iers
 
     axes = EarthLocation.from_geocentric(*(np.eye(3) * 1e3), unit="km")
-    times = (epoch + elapsed * u.s)[:, None]
+    times = (epoch + elapsed * unit_named("s"))[:, None]
     with iers.conf.set_temp("auto_download", False), iers.conf.set_temp("auto_max_age", None):
         table = iers.earth_orientation_table.get()
         last = float(table["MJD"].to_value("day").max())
@@ -105,8 +103,7 @@ def _rotations(epoch: Any, elapsed: Floats) -> Floats:
 
 def _velocities(epoch: Any, elapsed: Floats) -> Floats:
     """Return velocities (M, 3) of the Earth's centre in km/s, from the barycentre of the solar system."""
-    from astropy import units as u
     from astropy.coordinates import get_body_barycentric_posvel
 
-    velocity = get_body_barycentric_posvel("earth", epoch + elapsed * u.s, ephemeris="builtin")[1]
+    velocity = get_body_barycentric_posvel("earth", epoch + elapsed * unit_named("s"), ephemeris="builtin")[1]
     return np.asarray(velocity.xyz.to_value("km/s").T, dtype=np.float64)

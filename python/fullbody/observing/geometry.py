@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -11,11 +11,9 @@ from ..base.units import Units, gathered, is_quantity, numbers
 from ..errors import InvalidInput
 from ..frames import pole_vector
 from ..model.context import SystemLike
+from ..orbit.elements import KeplerElements
 from . import paths
 from .vectors import Vectors
-
-if TYPE_CHECKING:
-    from ..orbit.elements import KeplerElements
 
 
 class Geometry(Vectors):

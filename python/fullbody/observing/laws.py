@@ -26,11 +26,6 @@ class Law(Declared):
 
     With mu and mu0 the cosines of emission and incidence, the brightness of a surface element dS is the law times dS,
     times the phase function, times the body's albedo.
-
-    Parameters
-    ----------
-    phase_function : callable, optional
-        A function of the phase angles, an array (K,) in radians, that gives the factors (K,) of the brightness.
     """
 
     phase_function: Callable[[Floats], Any] | None = field(

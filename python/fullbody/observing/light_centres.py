@@ -6,7 +6,7 @@ The centre of light of a body differs from its centre of mass unless the Sun is 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,14 +18,11 @@ from ..model.shapes import Ellipsoid, PointMass, Sphere
 from ..record.record import Record
 from ..typing import Array, Floats
 from .brightness import Epochs, Photometer
-from .laws import LommelSeeliger
+from .laws import Law, LommelSeeliger
 from .light_curve import epochs_of
 from .sky import in_mas, offsets, sky_axes
 from .states import into_body
 from .vectors import Vectors
-
-if TYPE_CHECKING:
-    from .laws import Law
 
 #: The steps of differences of light: as a share of the size of a body, and of a radian.
 _STEP = 1e-3

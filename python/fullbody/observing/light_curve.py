@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,13 +14,10 @@ from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array, Floats
 from .brightness import Epochs, Photometer, of_unit_sphere
-from .laws import LommelSeeliger
+from .laws import Law, LommelSeeliger
 from .states import DISTANT, RetardedStates, refuse_near, retarded
 from .times import exposure_rule, kilometres, to_system_times
 from .vectors import SystemGeometry, Vectors, local_geometry
-
-if TYPE_CHECKING:
-    from .laws import Law
 
 #: The diameter in km of a white sphere of absolute magnitude zero, and the astronomical unit in km.
 _WHITE_DIAMETER, _AU = 1329.0, 149597870.7

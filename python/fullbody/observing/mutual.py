@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,14 +17,12 @@ from ..events import Occultation
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array, Floats
+from .laws import Law
 from .light_curve import light_curve
 from .mutual_event import MutualEvent, MutualEvents
 from .spans import minimum
 from .states import refuse_near
 from .vectors import SystemGeometry, Vectors, local_geometry
-
-if TYPE_CHECKING:
-    from .laws import Law
 
 #: Kinds of events, and the sign of the light's direction: 1 toward the observer, -1 from the Sun.
 KINDS = {"occultation": 1.0, "eclipse": -1.0}

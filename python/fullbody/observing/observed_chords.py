@@ -69,9 +69,8 @@ class ObservedChords(Observations):
         self._origin: Any = None
         self._time_scale = "tdb"
         #: Times (S, 2) of the contacts, intervals (S, 2) of watches and standard errors (S, 2), in s or plain numbers.
-        self._chords = np.stack(
-            [self._numbers(*contact) for contact in zip((disappearance, reappearance), _TIMES, strict=True)], axis=1
-        )
+        contacts = zip((disappearance, reappearance), _TIMES, strict=True)
+        self._chords = np.stack([self._numbers(*contact) for contact in contacts], axis=1)
         wrong = np.flatnonzero(self._chords[:, 1] <= self._chords[:, 0])
         if wrong.size:
             begin, end = self._restored(self._chords[wrong[0]])

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..base.kinds import choice
+from ..base.unit_names import unit_named
 from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
 from .columns import DataColumn, column, labels_of, positive_rows, refuse_rounded
 from .heliocentric import ELEMENTS, displacements
-from .laws import LommelSeeliger
+from .laws import Law, LommelSeeliger
 from .light_centres import centre_of, derivatives, refuse_directions
 from .linear import LinearUnknown
 from .sky import SkyObservations, in_unit, offsets, sky_axes
 from .states import IMAGINARY_STEP
 from .sunlit import SunlitObservations, derivatives_by_states
 from .vectors import Vectors, local_geometry
-
-if TYPE_CHECKING:
-    from .laws import Law
 
 _FREE = ("free", None)
 
@@ -245,11 +243,7 @@ class Photocentre(SunlitObservations, SkyObservations):
 
     def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
         units = system.context.units
-        angle = None
-        if units.defined:
-            from astropy import units as u
-
-            angle = u.rad
+        angle = unit_named("rad") if units.defined else None
         per_time = angle / units.unit("time") if angle is not None else None
         unknowns = []
         for free, what, unit in ((self.position, "position", angle), (self.drift, "drift", per_time)):

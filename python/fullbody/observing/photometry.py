@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..record.record import Record
 from ..typing import Floats
 from .brightness import phase_angle
 from .columns import DataColumn, column, labels_of, positive_rows
-from .laws import LommelSeeliger
+from .laws import Law, LommelSeeliger
 from .light_curve import magnitudes
 from .linear import LinearUnknown
 from .predictions import DesignArgument
@@ -24,9 +24,6 @@ from .series import RotationSeries, rotation_angle
 from .sunlit import SunlitObservations, derivatives_by_states
 from .times import exposure_rule
 from .vectors import Vectors, local_geometry
-
-if TYPE_CHECKING:
-    from .laws import Law
 
 #: The length of a gap, in hours, that separates two nights.
 _GAP = 8.0

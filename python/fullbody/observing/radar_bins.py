@@ -32,17 +32,7 @@ _STEP = 2e-5
 
 
 class RadarEchoes(Observations):
-    """Base class of radar spectra and delay-Doppler images: K rows of bins, with one error for each bin.
-
-    Attributes
-    ----------
-    power : ndarray or Quantity, (K, F - 1) or (K, D - 1, F - 1)
-    sigma : ndarray or Quantity, of the same shape
-        Standard errors, with the noise of the echo itself if the number of looks is known.
-    frequencies : array_like or Quantity
-        The edges of the bins of frequency as they were given; ``delays`` are those of delay.
-    polarization : str or None
-    """
+    """Base class of radar spectra and delay-Doppler images: K rows of bins, with one error for each bin."""
 
     _columns = (DataColumn("power"), DataColumn("sigma"))
     _options = ("polarization", "gain", "looks")
@@ -105,7 +95,7 @@ class RadarEchoes(Observations):
 
     @property
     def sigma(self) -> Any:
-        """The standard errors, of the same shape as the powers."""
+        """The standard errors, of the same shape, with the noise of the echo itself if the number of looks is known."""
         return self._shaped(self._sigma)
 
     def _shaped(self, values: Floats) -> Any:

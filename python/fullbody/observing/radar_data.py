@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base.figures import panels, unit_of
 from ..base.units import plain
 from ..record.record import Record
 from .echoes import RadarOptions
-from .laws import Cosine
+from .laws import Cosine, RadarLaw
 from .pictures import draw
 from .radar_bins import RadarEchoes
 from .vectors import Vectors
-
-if TYPE_CHECKING:
-    from .laws import RadarLaw
 
 
 class RadarSpectrum(RadarEchoes):

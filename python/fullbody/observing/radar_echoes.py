@@ -13,15 +13,13 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput, interruptible
 from ..record.record import Record
 from .echoes import DIMENSIONS, Echo, EchoModel, RadarOptions, bin_edges
-from .laws import Cosine
+from .laws import Cosine, RadarLaw
 from .states import retarded
 from .times import to_system_times
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
     import xarray
-
-    from .laws import RadarLaw
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.atomic import replacing
+from ..base.unit_names import unit_named
 from ..base.units import need
 from ..errors import InvalidInput
 from ..files.text import Text, naming
@@ -114,9 +115,7 @@ def selected(events: Sequence[Any], event: int | None, path: Any) -> Any:
 
 def _dates(days: Any, seconds: Any) -> Any:
     """Return days plus seconds, masked where these are NaN."""
-    from astropy import units as u
-
-    return masked_dates(days + np.nan_to_num(seconds) * u.s, np.isnan(seconds))
+    return masked_dates(days + np.nan_to_num(seconds) * unit_named("s"), np.isnan(seconds))
 
 
 def masked_dates(dates: Any, missing: Any) -> Any:

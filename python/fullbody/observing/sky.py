@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.unit_names import unit_named
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from ..typing import Floats
@@ -70,11 +71,7 @@ def in_unit(radians: Floats, unit: Any, power: int = 1) -> Any:
 
 def in_mas(radians: Floats, system: SystemLike) -> Any:
     """Return angles in the sky in mas if a system has units, otherwise as they are."""
-    if not system.context.units.defined:
-        return radians
-    from astropy import units as u
-
-    return in_unit(radians, u.mas)
+    return in_unit(radians, unit_named("mas") if system.context.units.defined else None)
 
 
 def warn_if_wide(radians: Floats, what: str) -> None:

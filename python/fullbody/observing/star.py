@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.arguments import directions
 from ..base.foreign import are_dates, shown
+from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, gathered, is_quantity, need
 from ..errors import InvalidInput
 from ..forces.ephemeris import barycentric
@@ -85,14 +86,12 @@ class Star:
         """Return unit vectors (..., 3) to the star at times (...) of the system's clock, along the system's axes."""
         vector = np.broadcast_to(self._vector, (*np.shape(times), 3))
         if self._rate is not None or self._distance is not None:
-            from astropy import units as u
-
             epoch, elapsed = system_epoch(system, _WHAT), np.asarray(times) * seconds(system, _WHAT)
             if self._rate is not None:
                 age = float((epoch - self._date).to_value("s"))
                 vector = vector + self._rate * (elapsed + age)[..., None]
             if self._distance is not None:
-                earth = barycentric("earth", (epoch + np.ravel(elapsed) * u.s), "builtin")
+                earth = barycentric("earth", (epoch + np.ravel(elapsed) * unit_named("s")), "builtin")
                 vector = vector - earth.reshape(*np.shape(times), 3) / self._distance
             vector = vector / np.linalg.norm(vector, axis=-1, keepdims=True)
         if self._frame is None:

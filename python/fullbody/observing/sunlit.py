@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,12 +13,10 @@ from ..model.context import SystemLike
 from ..typing import Floats
 from .brightness import Epochs, Photometer
 from .data import Observations
+from .laws import Law
 from .light_curve import epochs_at
 from .states import DISTANT, RetardedStates
 from .vectors import local_geometry
-
-if TYPE_CHECKING:
-    from .laws import Law
 
 
 class SunlitObservations(Observations):
