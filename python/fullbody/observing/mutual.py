@@ -98,7 +98,7 @@ def mutual_events(
     system, solution = run.system, run.continuous().core
     local = local_geometry(geometry, system)
     first, last = sorted(solution.range)
-    local.refuse_disjoint(system, first, last)
+    local.common_span(system, first, last)
     begin, end = local.ends()
     span = [max(first, float(local.emission(begin))), min(last, float(local.emission(end)))]
     radius = UNITLESS.number(sun_radius, "angle", "sun_radius", Limits(least=0.0, below=0.5 * np.pi))

@@ -60,7 +60,7 @@ class SightLines:
         The latter is a little shorter, so that all stations see the bodies within the run. Dates and Quantities are
         converted to numbers on the clock of the system.
         """
-        first, last = self.local.refuse_disjoint(self.system, *sorted(self._solution.range))
+        first, last = self.local.common_span(self.system, *sorted(self._solution.range))
         if ends is None:
             return first, last
         times = np.ravel(to_system_times(ends, self.system, "span"))

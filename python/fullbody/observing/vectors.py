@@ -292,7 +292,7 @@ class SystemGeometry:
         first, last = ((end - self._zero) / self._second for end in self._geometry._ends)
         return first, last
 
-    def refuse_disjoint(self, system: SystemLike, first: float, last: float) -> tuple[float, float]:
+    def common_span(self, system: SystemLike, first: float, last: float) -> tuple[float, float]:
         """Return the times of observation of a run from a first to a last time, after checking that there are some."""
         begin, end = self.ends()
         common = max(begin, float(self.arrival(first))), min(end, float(self.arrival(last)))
