@@ -4,11 +4,11 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-import trimesh
 from fullbody import observing
 from fullbody.base import rotations
 from fullbody.observing.brightness import Epochs, Photometer
 from support import body_list, matrix, refused
+from support.meshes import box, icosphere
 
 AXES = np.array([3.0, 2.0, 1.0])
 ATTITUDE = np.array([0.4, -0.5, 0.6, np.sqrt(0.23)])
@@ -68,8 +68,7 @@ def test_first_moments_of_an_ellipsoid_are_sums_over_its_surface(name, hidden):
 @pytest.mark.parametrize("hidden", [False, True])
 def test_first_moments_of_many_facets_approach_those_of_the_ellipsoid(hidden):
     law = observing.LommelSeeliger()
-    mesh = trimesh.creation.icosphere(subdivisions=5)
-    shape = fullbody.Polyhedron(mesh.vertices * AXES, mesh.faces)
+    shape = icosphere(5, AXES)
     frame = fullbody.Body(shape, mass=1.0).working_frame
     rotated = rotations.product(ATTITUDE, rotations.inverse(np.array(frame.attitude)))
     faceted = moments(shape, law, hidden, rotated)
@@ -79,8 +78,7 @@ def test_first_moments_of_many_facets_approach_those_of_the_ellipsoid(hidden):
 
 
 def test_light_of_an_ellipsoid_behind_facets_has_the_centre_of_what_is_left():
-    mesh = trimesh.creation.icosphere(subdivisions=4)
-    hider = fullbody.Polyhedron(mesh.vertices * RADIUS, mesh.faces)
+    hider = icosphere(4, RADIUS)
     law = observing.LommelSeeliger()
     result = moments(fullbody.Ellipsoid(*AXES), law, True, hider=hider)
     exact = moments(fullbody.Ellipsoid(*AXES), law, True)
@@ -89,13 +87,8 @@ def test_light_of_an_ellipsoid_behind_facets_has_the_centre_of_what_is_left():
     assert np.abs(exact[1:] / exact[0] - alone[1:] / alone[0]).max() > 5e-3
 
 
-def cube(side, height):
-    box = trimesh.creation.box((side, side, height))
-    return fullbody.Polyhedron(box.vertices, box.faces)
-
-
 def test_centre_of_light_of_a_half_hidden_square_is_that_of_the_other_half():
-    bodies = [fullbody.Body(cube(2.0, 2.0), mass=1.0, name="A"), fullbody.Body(cube(2.0, 1.0), mass=1.0, name="B")]
+    bodies = body_list(A=(box(2.0, 2.0, 2.0), 1.0), B=(box(2.0, 2.0, 1.0), 1.0))
     system = fullbody.System(bodies, G=1.0)
     # B is above A and covers 0.5 < x < 1 of its upper face; both faces are lit and seen from above.
     position = np.array([[[0.0, 0, 0], [1.5, 0.0, 5.0]]])
