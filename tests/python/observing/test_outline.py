@@ -147,6 +147,21 @@ def test_derivatives_are_differences_of_the_pulls(faceted):
     assert_by_kind(exact, differences, 3e-6, 1e-8 * np.abs(differences).max())
 
 
+def test_derivatives_by_the_spin_of_a_body_far_from_the_barycentre_are_differences():
+    # The light leaves the body a second before that of the barycentre, and the body rotates in this time.
+    bodies = body_list(A=(fullbody.Ellipsoid(3.0, 2.0, 1.0), 1e9), B=(fullbody.PointMass(), 1e9))
+    system = fullbody.System(bodies, units=("km", "s", "kg"), frame="equatorial", gravity="point")
+    position, spin = [[3e5, 0, 0], [-3e5, 0, 0]], [[1e-3, 2e-3, 1e-3], [0, 0, 0]]
+    state = fullbody.State(position, np.zeros((2, 3)), attitude=[ATTITUDE, [1, 0, 0, 0]], spin=spin)
+    run = system.integrate(state, 1000.0, dense=True)
+    geometry = observing.Geometry([-1e5, 1e5] * u.s, to_observer=[-1e7, 0, 0] * u.km)
+    offset = [1.6 / 1e7] * u.rad
+    data = observing.Outline(700.0 * u.s, offset, offset, 1e-9 * u.rad, body="A", geometry=geometry)
+    exact, differences = by_start(data, system, run(data.emission(system)[0]), {"spin": 1e-3})
+    assert np.abs(differences[:, 9:12]).max() > 1.0
+    np.testing.assert_allclose(exact[:, 9:12], differences[:, 9:12], rtol=1e-5)
+
+
 def test_a_fit_finds_the_axes_and_the_pointing_from_the_points_of_a_limb():
     def setup(a, c):
         body = fullbody.Body(fullbody.Ellipsoid(a, a, c), mass=1e13, name="A")
