@@ -17,7 +17,7 @@ from ..model.state import State
 from ..motion.system import System
 from ..observing import Photometry
 from ..observing.brightness import Epochs, Photometer
-from ..observing.times import in_system
+from ..observing.times import to_system_times
 from ..observing.vectors import local_geometry
 from ..typing import Floats
 from .losses import LINEAR
@@ -52,7 +52,10 @@ class Curves:
             emission = item.emission(self._system)
             start = State(np.zeros((1, 3)), np.zeros((1, 3)), time=emission[0])
             models.append(model_of(item, self._system.integrate(start, emission[-1], output=emission)))
-            local, clock = local_geometry(item.geometry, self._system), in_system(item.times, self._system, "times")
+            local, clock = (
+                local_geometry(item.geometry, self._system),
+                to_system_times(item.times, self._system, "times"),
+            )
             times.append(self._system.context.units.strip(emission, "time", "times"))
             lights.append([local.observer(clock), local.sun(clock)])
         self._laws, self._counts = [item.law for item in data], [len(part) for part in times]

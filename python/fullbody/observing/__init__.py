@@ -20,7 +20,19 @@ from .chords import Chord, Chords, Miss, occultation_chords
 from .damit import DamitModel, read_damit, read_damit_model
 from .data import Observations
 from .geometry import Geometry
-from .laws import HG, HG1G2, Hapke, Lambert, LinearExponential, LommelSeeliger, LommelSeeligerLambert
+from .laws import (
+    HG,
+    HG1G2,
+    Cosine,
+    Gaussian,
+    Hagfors,
+    Hapke,
+    Lambert,
+    LinearExponential,
+    LommelSeeliger,
+    LommelSeeligerLambert,
+    RadarLaw,
+)
 from .light_centres import CombinedLight, combined_light
 from .light_curve import light_curve, zero_point
 from .linear import Held, LinearModel, LinearUnknown
@@ -33,7 +45,6 @@ from .photometry import Photometry
 from .radar import RadarAstrometry, RangeAndRate
 from .radar_data import DelayDoppler, RadarSpectrum
 from .radar_echoes import RadarEcho, delay_doppler, radar_spectrum
-from .radar_laws import Cosine, Gaussian, Hagfors, RadarLaw
 from .series import RotationSeries
 from .shadow import ShadowPath, shadow_paths
 from .stellar_occultation import StellarOccultation

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.arguments import options_of, refuse_unknown
 from ..base.atomic import replacing
 from ..base.foreign import are_dates
 from ..base.kinds import choice, flag, instance
@@ -18,7 +17,7 @@ from ..errors import InvalidInput
 from ..files.text import NOT_NEGATIVE, Text
 from ..typing import Floats
 from .photometry import Photometry
-from .scatter import Curve, standard_errors
+from .scatter import Curve, refuse_options, standard_errors
 from .times import LIGHT_SPEED
 from .vectors import Vectors
 
@@ -35,10 +34,10 @@ _WORDS = {
     "STANDARD": ("NONE", "INTERNAL", "TRANSFORMED"),
 }
 #: Other keywords that the reader uses, each of which a block has at most once.
-_ONCE = ("OBJECTNUMBER", "OBJECTNAME", "SESSIONDATE", "SESSIONTIME", "FILTER", "LTCDAYS", "UCORMAG", "MAGADJUST")
+_SINGLE = ("OBJECTNUMBER", "OBJECTNAME", "SESSIONDATE", "SESSIONTIME", "FILTER", "LTCDAYS", "UCORMAG", "MAGADJUST")
 #: Keywords that the writer sets itself, and those that its user has to give.
 _WRITTEN = ("SESSIONDATE", "SESSIONTIME", "LTCAPP", "LTCTYPE", "LTCDAYS", "REDUCEDMAGS", "UCORMAG", "DIFFERMAGS")
-_NEEDED = ("OBJECTNUMBER", "OBJECTNAME", "CONTACTNAME", "CONTACTINFO", "OBSERVERS", "FILTER", "MAGBAND", "STANDARD")
+_REQUIRED = ("OBJECTNUMBER", "OBJECTNAME", "CONTACTNAME", "CONTACTINFO", "OBSERVERS", "FILTER", "MAGBAND", "STANDARD")
 
 
 class _Block(NamedTuple):
@@ -125,8 +124,7 @@ def read_alcdef(
     >>> night.nights, night.magnitude, night.sigma
     (array(['2011-09-13 C'], dtype='<U12'), array([7.328, 7.317]), array([0.004, 0.004]))
     """
-    fixed = ("times", "magnitude", "sigma", "geometry", "zero", "night", "filter", "airmass", "reduced")
-    refuse_unknown(options, [name for name in options_of(Photometry) if name not in fixed], "read_alcdef")
+    refuse_options(options, "read_alcdef")
     instance(geometry, "geometry", Vectors, "an observing.Geometry")
     flag(airmass, "airmass")
     text = Text(path)
@@ -138,9 +136,10 @@ def read_alcdef(
     errors: Any = [block.rows[:, 2] for block in blocks]
     if sigma is not None or any(np.isnan(error).any() for error in errors):
         if sigma is None and not all(np.isnan(error).all() for error in errors):
-            bare = next(block for block, error in zip(blocks, errors, strict=True) if np.isnan(error).any())
+            incomplete = next(block for block, error in zip(blocks, errors, strict=True) if np.isnan(error).any())
             text.fail(
-                bare.line, f"the block of {bare.name} has points without errors, and others have them; give sigma="
+                incomplete.line,
+                f"the block of {incomplete.name} has points without errors, and others have them; give sigma=",
             )
         curves = [Curve(f"{block.name} (line {block.line})", block.rows[:, 0], block.rows[:, 1]) for block in blocks]
         errors = standard_errors(sigma, curves, path)
@@ -188,7 +187,7 @@ def _blocks(text: Text) -> Iterator[_Block]:
             rows = []
         elif start and rows is None and match and match[1] != "DATA":
             key, value = match[1], match[2].strip()
-            if key in metadata and key in (*_WORDS, *_ONCE):
+            if key in metadata and key in (*_WORDS, *_SINGLE):
                 text.fail(line, f"{key} is given twice, first in line {metadata[key][0]}; expected one value")
             if value and value.upper() not in _WORDS.get(key, (value.upper(),)):
                 text.fail(line, f"{key} is {value!r}; expected {' or '.join(_WORDS[key])}")
@@ -290,8 +289,8 @@ def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: M
                 f"metadata has {key!r}: {value!r}; expected keywords in capitals that the data do not give, with "
                 "printable text of one line"
             )
-    if missing := [key for key in _NEEDED if not keywords.get(key)]:
-        raise InvalidInput(f"metadata has no {missing[0]}; expected {', '.join(_NEEDED)}")
+    if missing := [key for key in _REQUIRED if not keywords.get(key)]:
+        raise InvalidInput(f"metadata has no {missing[0]}; expected {', '.join(_REQUIRED)}")
     choice(keywords["STANDARD"], "STANDARD", _WORDS["STANDARD"])
     data_sets = [data] if isinstance(data, Photometry) else instance(data, "data", Iterable, "a Photometry, or several")
     lines = [line for photometry in data_sets for line in _written(photometry, keywords)]
@@ -327,9 +326,9 @@ def _written(data: Photometry, keywords: dict[str, str]) -> Iterator[str]:
             "ENDMETADATA",
         )
         columns = [rows["magnitude"], rows["sigma"], *([rows["airmass"]] if "airmass" in rows.colnames else [])]
-        for when, *values in zip(utc, *columns, strict=True):
-            days, fraction = divmod(round((when.jd1 % 1.0 + when.jd2) * 1e8), 10**8)
-            yield f"DATA={math.floor(when.jd1) + days}.{fraction:08d}" + "".join(f"|{value:+.6f}" for value in values)
+        for time, *values in zip(utc, *columns, strict=True):
+            days, fraction = divmod(round((time.jd1 % 1.0 + time.jd2) * 1e8), 10**8)
+            yield f"DATA={math.floor(time.jd1) + days}.{fraction:08d}" + "".join(f"|{value:+.6f}" for value in values)
         yield "ENDDATA"
 
 

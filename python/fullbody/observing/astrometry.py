@@ -11,10 +11,9 @@ from ..base.kinds import flag
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
-from .centre_of_light import photocentre, semi_axes
 from .columns import DataColumn, column, jitter_of, positive_rows
-from .sky import in_unit, offsets, sky_axes
-from .sky_data import SkyPoints
+from .light_centres import photocentre, semi_axes
+from .sky import SkyPoints, in_unit, offsets, sky_axes
 from .vectors import Vectors, local_geometry
 
 
@@ -99,7 +98,8 @@ class Astrometry(SkyPoints):
         if photocentre and not geometry.has_sun:
             raise InvalidInput("geometry of Astrometry has no Sun, which photocentre=True needs; give to_sun=")
         self.body, self.about, self.photocentre = body, about, bool(photocentre)
-        self._correlation = rows.of("correlation")
+        self._depends_on_figures = self.photocentre
+        self._correlation = rows.column("correlation")
         if not (np.abs(self._correlation) < 1.0).all():
             worst = self._correlation[np.argmax(np.abs(self._correlation))]
             raise InvalidInput(f"correlation has the value {worst}; expected numbers between -1 and 1")
@@ -170,7 +170,7 @@ class Astrometry(SkyPoints):
         """Covariance (K, 2, 2) of east and north."""
         return in_unit(self._covariance(None), self.unit, 2)
 
-    def _widen(self, jitter: Any) -> None:
+    def _add_jitter(self, jitter: Any) -> None:
         wide = np.hypot(self._sigma, jitter_of(jitter, "rad"))
         self._correlation = self._correlation * np.prod(self._sigma / wide, axis=1)
         self._sigma = wide
@@ -190,10 +190,7 @@ class Astrometry(SkyPoints):
             to_sun = local_geometry(self.geometry, system).sun(retarded.times)
             attitude = retarded.attitude(states["attitude"], states["spin"])
             for index, centre in centres.items():
-                ways = retarded.observer - centre, to_sun - centre
-                centres[index] = centre + photocentre(semi_axes(system, index), attitude[..., index, :], *ways)
+                vectors = retarded.observer - centre, to_sun - centre
+                centres[index] = centre + photocentre(semi_axes(system, index), attitude[..., index, :], *vectors)
         line = (centres[about] - retarded.observer) @ axes.T
         return offsets(line, (centres[body] - centres[about]) @ axes.T)
-
-    def _depends_on_figures(self) -> bool:
-        return self.photocentre

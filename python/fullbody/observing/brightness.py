@@ -81,22 +81,16 @@ class Epochs(NamedTuple):
     With velocities over that of light, shadows include the time of light from body to body. Unless observer and Sun are
     distant, their vectors go from the origin of the positions, and each body appears in its own directions, as bright
     as if it were at the origin.
-
-    Attributes
-    ----------
-    times : ndarray, (K,)
-    position, attitude : ndarray, (K, N, 3) and (K, N, 4)
-    to_observer, to_sun : ndarray, (K, 3)
-        Vectors, of any length if these are distant.
-    velocity : ndarray or None, (K, N, 3)
-    distant : bool
     """
 
+    #: Times (K,), positions (K, N, 3) and attitudes (K, N, 4).
     times: Floats
     position: Floats
     attitude: Floats
+    #: Vectors (K, 3), of any length if these are distant.
     to_observer: Floats
     to_sun: Floats
+    #: Velocities (K, N, 3) over that of light.
     velocity: Floats | None = None
     distant: bool = True
 
@@ -112,7 +106,7 @@ class Epochs(NamedTuple):
             self.distant,
         )
 
-    def ways(self) -> list[Floats]:
+    def vectors(self) -> list[Floats]:
         """Return the vectors (K, N, 3) from the bodies to the observer and to the Sun."""
         origin = np.zeros_like(self.position) if self.distant else self.position
         return [vector[:, None] - origin for vector in (self.to_observer, self.to_sun)]
@@ -121,11 +115,7 @@ class Epochs(NamedTuple):
 class Photometer:
     """The bodies of a system with their surfaces, for any number of epochs, in numbers of the system's units.
 
-    Parameters
-    ----------
-    system : System
-    law, albedo, mutual, sun_radius
-        Options of :func:`brightness`.
+    Law, albedo, mutual and the Sun's radius are options of :func:`brightness`.
     """
 
     def __init__(
@@ -164,7 +154,7 @@ class Photometer:
         """Return light (K, N, ...) of bodies times their albedos and their phase functions."""
         factors = [self.albedo]
         if any(law.phase_function is not None for law in self.laws):
-            factors.append(self._by_law(_phase_angle(*epochs.ways())))
+            factors.append(self._by_law(phase_angle(*epochs.vectors())))
         for factor in factors:
             light *= factor.reshape(*factor.shape, *[1] * (light.ndim - 2))
         return light
@@ -179,27 +169,27 @@ class Photometer:
         Those of hidden light leave out the perspective of a near observer or Sun.
         """
         lit, bodies, light, by_vertex, by_area = self._core.partials(epochs.core(), vertices)
-        ways = epochs.ways()
-        angle = _phase_angle(*ways)
+        vectors = epochs.vectors()
+        angle = phase_angle(*vectors)
         factor = self._by_law(angle)
         step = np.maximum(_STEP * np.minimum(angle, np.pi - angle), _LEAST)
         middle = np.clip(angle, 2.0 * step, np.pi - 2.0 * step)
-        near, far = (self._by_law(middle + k * step) - self._by_law(middle - k * step) for k in (1, 2))
-        slope = (8.0 * near - far) / (12.0 * step)
-        lengths = [np.linalg.norm(way, axis=-1, keepdims=True) for way in ways]
-        units = [way / length for way, length in zip(ways, lengths, strict=True)]
+        single, double = (self._by_law(middle + k * step) - self._by_law(middle - k * step) for k in (1, 2))
+        slope = (8.0 * single - double) / (12.0 * step)
+        lengths = [np.linalg.norm(vector, axis=-1, keepdims=True) for vector in vectors]
+        units = [vector / length for vector, length in zip(vectors, lengths, strict=True)]
         light = light * factor[..., None, None]
         for k, (direction, other) in enumerate((units, units[::-1])):
-            across = other - direction * np.sum(direction * other, axis=-1, keepdims=True)
-            size = np.linalg.norm(across, axis=-1, keepdims=True)
-            # The phase angle falls where one vector turns toward the other.
-            toward = np.divide(across, size, out=np.zeros_like(across), where=size > 0.0)
-            light[:, :, k] -= (lit * slope)[..., None] * toward
+            perpendicular = other - direction * np.sum(direction * other, axis=-1, keepdims=True)
+            size = np.linalg.norm(perpendicular, axis=-1, keepdims=True)
+            # The phase angle falls where one vector rotates toward the other.
+            gradient = np.divide(perpendicular, size, out=np.zeros_like(perpendicular), where=size > 0.0)
+            light[:, :, k] -= (lit * slope)[..., None] * gradient
         scale = self.albedo * factor
         bodies = bodies * factor[..., None, None]
         for k, length in enumerate([] if epochs.distant else lengths):
-            nearer = 2.0 * (lit * factor)[..., None] * units[k] - light[:, :, k]
-            np.einsum("kiix->kix", bodies[..., :3])[:] += nearer / length
+            by_vector = 2.0 * (lit * factor)[..., None] * units[k] - light[:, :, k]
+            np.einsum("kiix->kix", bodies[..., :3])[:] += by_vector / length
         bodies *= self.albedo[:, None, None]
         light = light * self.albedo[:, None, None]
         return BrightnessDerivatives(
@@ -229,7 +219,7 @@ def brightness(
     """Compute the brightness of each body: its scattering law over the visible and illuminated surface, times albedo.
 
     Ellipsoids and spheres are exact to round-off, with any number of bodies that occult or eclipse them at once.
-    So is a body near the edge of a much larger one, as far as the last digits of their places tell: 1e-10 at a ratio of
+    So is a body near the edge of a much larger one, up to the last digits of their positions: 1e-10 at a ratio of
     sizes of 1e-7. Events with observer and Sun in one direction to within 2e-12 radians are accurate to 1e-11.
     Polyhedra and composites are computed from their facets, from which the parts that they hide of each other are cut
     exactly; where parts share a plane, each point counts once. A :class:`fullbody.ConvexShape` hides nothing of itself:
@@ -282,16 +272,16 @@ def brightness(
     True
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    light = photometer.brightness(_at(system, state, to_observer, to_sun))
+    light = photometer.brightness(_epochs_of(system, state, to_observer, to_sun))
     return system.context.units.attach(light[0], "area")
 
 
 def of_unit_sphere(law: Law) -> float:
     """Return the brightness of a sphere of radius one and albedo one at phase angle zero."""
     ball = _core.Photometer([_core.Body("sphere", (1.0, 1.0, 1.0), 1.0, None)], [law._describe()], [[1.0]], False, 0.0)
-    toward = np.array([[1.0, 0.0, 0.0]])
-    at = Epochs(np.zeros(1), np.zeros((1, 3)), np.eye(1, 4), toward, toward)
-    return float(ball.brightness(at.core())[0, 0] * law._phase(np.zeros(1))[0])
+    direction = np.array([[1.0, 0.0, 0.0]])
+    epochs = Epochs(np.zeros(1), np.zeros((1, 3)), np.eye(1, 4), direction, direction)
+    return float(ball.brightness(epochs.core())[0, 0] * law._phase(np.zeros(1))[0])
 
 
 def brightness_derivatives(
@@ -331,7 +321,7 @@ def brightness_derivatives(
     ((2, 2, 3), (2, 2, 3), (2, 3))
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    derivatives = photometer.derivatives(_at(system, state, to_observer, to_sun), vertices=True)
+    derivatives = photometer.derivatives(_epochs_of(system, state, to_observer, to_sun), vertices=True)
     dimensions = {"position": "length", "semi_axes": "length"}
     attach = system.context.units.attach
     values = {
@@ -343,7 +333,7 @@ def brightness_derivatives(
     return BrightnessDerivatives(**values, vertices=by_vertex, areas=tuple(part[0] for part in derivatives.areas))
 
 
-def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epochs:
+def _epochs_of(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epochs:
     """Return the epoch of a state."""
     core = strip(state, system.context)
     if len(core.position) != len(system.context):
@@ -352,7 +342,7 @@ def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epoc
     return Epochs(*rows, _direction(to_observer, "to_observer"), _direction(to_sun, "to_sun"))
 
 
-def _phase_angle(e: Floats, s: Floats) -> Floats:
+def phase_angle(e: Floats, s: Floats) -> Floats:
     """Return the angles (...) between vectors (..., 3)."""
     return np.asarray(np.arctan2(np.linalg.norm(np.cross(e, s), axis=-1), np.sum(e * s, axis=-1)))
 
@@ -386,10 +376,8 @@ def by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:
     if not isinstance(value, dict):
         return [value] * len(names)
     value = {normal_form(name): entry for name, entry in value.items()}
-    for name in value:
-        if name not in names:
-            raise InvalidInput(f"{what} names {name!r}; {suggestion(str(name), names, 'all')}")
-    missing = [name for name in names if name not in value]
-    if missing:
+    if unknown := [name for name in value if name not in names]:
+        raise InvalidInput(f"{what} names {unknown[0]!r}; {suggestion(str(unknown[0]), names, 'all')}")
+    if missing := [name for name in names if name not in value]:
         raise InvalidInput(f"{what} has none for {missing[0]!r}; expected one for each of {', '.join(names)}")
     return [value[name] for name in names]

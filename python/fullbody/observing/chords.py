@@ -15,11 +15,10 @@ from ..record.record import Record
 from ..typing import Floats
 from .event_tables import masked_times, table_of, time_column
 from .limbs import Limb, dense_nodes, limbs_of
-from .sightlines import SightLines, span_of
-from .spans import Span, lowest, spans_below_zero, union
+from .sightlines import SightLines
+from .spans import Span, minimum, spans_below_zero, union
 from .star import Star
 from .stations import Stations
-from .times import in_system
 from .vectors import Vectors
 
 if TYPE_CHECKING:
@@ -27,8 +26,8 @@ if TYPE_CHECKING:
 
 #: The numbers of intervals into which an encounter and the passage of a body are divided, and the most of the former.
 _ENCOUNTER, _PASSAGE, _MOST = 64, 64, 16384
-#: The curvature of the path within an interval of an encounter, and the margin about a body, relative to its reach.
-_CURVED, _MARGIN = 1e-3, 1.01
+#: The curvature of the path within an interval of an encounter, and the margin about a body, relative to its radius.
+_CURVATURE, _MARGIN = 1e-3, 1.01
 #: The largest rotation of a body, in radians, within an interval of its passage.
 _ROTATION = 0.05
 #: The number of times in a search for the nearest one, and of searches, each of which narrows it down to two intervals.
@@ -185,9 +184,9 @@ def occultation_chords(run: Record, star: Any, stations: Any, geometry: Vectors,
     """
     instance(geometry, "geometry", Vectors, "an observing.Geometry")
     source = Star(star, geometry)
-    stations_seen = Stations(stations, geometry, source)
-    lines = SightLines(run, geometry, source, stations_seen)
-    first, last = lines.span(span_of(span, run.system, in_system))
+    sites = Stations(stations, geometry, source)
+    lines = SightLines(run, geometry, source, sites)
+    first, last = lines.span(span)
     lines.refuse_inside(np.linspace(first, last, _ENCOUNTER))
     chords: list[Chord] = []
     misses: list[Miss] = []
@@ -196,13 +195,13 @@ def occultation_chords(run: Record, star: Any, stations: Any, geometry: Vectors,
         if not (limbs := limbs_of(run.system, body)):
             # A point hides nothing.
             continue
-        search = _Search(lines, stations_seen, body, limbs, (first, last))
-        for station in range(len(stations_seen)):
+        search = _Search(lines, sites, body, limbs, (first, last))
+        for station in range(len(sites)):
             spans = search.spans(station)
             ends = [[None if t in (first, last) else attach(t, "time") for t in span] for span in spans]
             chords += [Chord(station, name, *pair) for pair in ends]
             if not spans:
-                time, distance = search.nearest(station)
+                time, distance = search.closest_approach(station)
                 misses.append(Miss(station, name, attach(time, "time"), attach(distance, "length")))
 
     def order(chord: Chord) -> tuple[int, float]:
@@ -217,28 +216,29 @@ class _Search:
 
     def __init__(self, lines: SightLines, stations: Stations, body: int, limbs: list[Limb], span: Span) -> None:
         self._lines, self._body, self._limbs, self._span = lines, body, limbs, span
-        self.reach = max(limb.reach for limb in limbs)
-        every, start = np.arange(len(stations)), np.zeros(len(stations))
-        away = [np.linalg.norm(stations.at(lines.system, every, start + time), axis=1) for time in span]
-        radius = 1.02 * float(np.max(away, initial=0.0)) + _MARGIN * self.reach
+        self._radius = max(limb.radius for limb in limbs)
+        indices, zeros = np.arange(len(stations)), np.zeros(len(stations))
+        offsets = [np.linalg.norm(stations.offsets(lines.system, indices, zeros + time), axis=1) for time in span]
+        radius = 1.02 * float(np.max(offsets, initial=0.0)) + _MARGIN * self._radius
         #: Nodes (T,) of the encounters, and the least distances (S, T - 1) of lines of sight of stations between them.
-        self._encounters = [self._encounter(len(stations), *part) for part in lines.meetings(body, span, radius)]
+        self._encounters = [self._encounter(len(stations), *part) for part in lines.encounters(body, span, radius)]
 
     def _encounter(self, count: int, start: float, stop: float) -> tuple[Floats, Floats]:
         """Return nodes so dense that paths between them are straight, and the distances of ``count`` stations."""
         intervals = _ENCOUNTER
         while True:
             nodes = np.linspace(start, stop, intervals + 1)
-            path = self._lines.at(self._body, nodes).w
-            bent = np.linalg.norm(path[:-2] - 2.0 * path[1:-1] + path[2:], axis=1).max() / 8.0
-            if bent <= _CURVED * self.reach or intervals >= _MOST:
+            path = self._lines.past(self._body, nodes).w
+            sagitta = np.linalg.norm(path[:-2] - 2.0 * path[1:-1] + path[2:], axis=1).max() / 8.0
+            ratio = sagitta / (_CURVATURE * self._radius)
+            if ratio <= 1.0 or intervals >= _MOST:
                 break
-            intervals = min(_MOST, int(intervals * max(2.0, np.sqrt(bent / (_CURVED * self.reach)))))
+            intervals = min(_MOST, int(intervals * max(2.0, np.sqrt(ratio))))
         return nodes, np.stack([self._least_distances(nodes, station) for station in range(count)])
 
     def _least_distances(self, nodes: Floats, station: int) -> Floats:
         """Return the least distances (T - 1,) of straight lines between nodes; infinite if the body is behind."""
-        sight = self._lines.at(self._body, nodes, np.full(len(nodes), station))
+        sight = self._lines.past(self._body, nodes, np.full(len(nodes), station))
         start, path = sight.w[:-1], np.diff(sight.w, axis=0)
         square = np.maximum(np.sum(path * path, axis=1), np.finfo(float).tiny)
         share = np.clip(-np.sum(start * path, axis=1) / square, 0.0, 1.0)
@@ -249,12 +249,12 @@ class _Search:
         """Return the spans in which the body hides the star from a station."""
         spans: list[Span] = []
         for nodes, least in self._encounters:
-            near = np.flatnonzero(least[station] < _MARGIN * self.reach)
+            near = np.flatnonzero(least[station] < _MARGIN * self._radius)
             for begin, end in union([(float(nodes[k]), float(nodes[k + 1])) for k in near]):
                 spans += [part for limb in self._limbs for part in self._passage(limb, station, begin, end)]
         return union(spans)
 
-    def nearest(self, station: int) -> tuple[float, float]:
+    def closest_approach(self, station: int) -> tuple[float, float]:
         """Return the time at which the body's centre is nearest to the line of sight, and its distance then."""
         low, high = self._span
         if self._encounters:
@@ -265,17 +265,17 @@ class _Search:
         def distances(times: Floats) -> Floats:
             return self._lines.distances(self._body, times, np.full(len(times), station))
 
-        return lowest(distances, low, high, _TRIALS, _SEARCHES)
+        return minimum(distances, low, high, _TRIALS, _SEARCHES)
 
     def _passage(self, limb: Limb, station: int, begin: float, end: float) -> list[Span]:
         """Return the spans within an encounter in which a part of the body hides the star."""
 
         def measure(times: Floats) -> Floats:
-            sight = self._lines.at(self._body, times, np.full(len(times), station))
+            sight = self._lines.past(self._body, times, np.full(len(times), station))
             return np.where(sight.is_ahead, limb.measure(*sight.in_body()), 1.0)
 
         rate = float(np.linalg.norm(self._lines.states(np.array([begin]))["spin"][0, self._body]))
         count = int(min(_MOST, max(_PASSAGE, rate * (end - begin) / _ROTATION)))
         nodes = np.linspace(begin, end, count + 1)
-        places = self._lines.at(self._body, nodes, np.full(len(nodes), station)).in_body()
-        return spans_below_zero(measure, dense_nodes(limb, nodes, *places))
+        rays = self._lines.past(self._body, nodes, np.full(len(nodes), station)).in_body()
+        return spans_below_zero(measure, dense_nodes(limb, nodes, *rays))

@@ -56,12 +56,12 @@ def refuse_rounded(source: Any, values: Floats, sigma: Floats, what: str) -> Non
     if (kind := _short(source)) is None:
         return
     values, sigma = np.atleast_1d(values), sigma.min(axis=-1) if sigma.ndim > values.ndim else sigma
-    apart = np.abs(values) * float(np.finfo(kind).eps)
-    if sigma.shape in ((), values.shape) and (bad := apart > _ROUNDED * sigma).any():
+    spacing = np.abs(values) * float(np.finfo(kind).eps)
+    if sigma.shape in ((), values.shape) and (bad := spacing > _ROUNDED * sigma).any():
         k = int(np.argmax(bad))
-        error = np.broadcast_to(sigma, apart.shape)[k]
+        error = np.broadcast_to(sigma, spacing.shape)[k]
         raise InvalidInput(
-            f"{what} are numbers of the type {kind}, which near {values[k]:.6g} are {apart[k]:.2g} apart, with a "
+            f"{what} are numbers of the type {kind}, which near {values[k]:.6g} are {spacing[k]:.2g} apart, with a "
             f"standard error of {error:.2g}; expected float64, in which the data have to be read"
         )
 
@@ -90,9 +90,9 @@ def _unmasked(source: Any) -> tuple[Any, Any]:
 
 
 class Rows:
-    """Which rows of a table of observations are kept, in the order of time.
+    """The rows of a table of observations that have all values, in the order of time.
 
-    The table has ``count`` rows, of which those with the indices ``kept`` (K,) have the ``times`` (K,), and those with
+    The table has ``count`` rows, of which those with the ``indices`` (K,) have the ``times`` (K,), and those with
     the indices ``missing`` are left out, since a value is masked or NaN.
     """
 
@@ -124,9 +124,9 @@ class Rows:
                 )
             absent |= np.isnan(values).reshape(*values.shape[:1], -1).any(axis=-1)
         order = np.argsort(axis, kind="stable")
-        self.kept = order[~absent[order]]
+        self.indices = order[~absent[order]]
         self.missing = tuple(int(index) for index in np.flatnonzero(absent))
-        if not len(self.kept):
+        if not len(self.indices):
             raise InvalidInput(f"{owner} has no row without masked or missing values; expected one or more")
         if self.missing:
             some = ", ".join(map(str, self.missing[:5])) + (", ..." if len(self.missing) > 5 else "")
@@ -135,30 +135,30 @@ class Rows:
                 f"row {some}",
                 InconsistentInput,
             )
-        self.times = times[self.kept]
+        self.times = times[self.indices]
         self.count = len(axis)
         self._owner, self.columns = owner, columns
 
-    def of(self, name: str, *shape: int) -> Floats:
-        """Return the kept rows (K, C) or (K,) of a column, whose values are (), (K,) or (K, C)."""
+    def column(self, name: str, *shape: int) -> Floats:
+        """Return the rows (K, C) or (K,) of a column, whose values are (), (K,) or (K, C)."""
         values, what = self.columns[name], f"{name} of {self._owner}"
         had = values.shape
         if values.ndim and len(values) == self.count:
-            values = values[self.kept]
+            values = values[self.indices]
         while values.ndim and values.ndim < 1 + len(shape):
             values = values[..., None]
         try:
-            return np.array(np.broadcast_to(values, (len(self.kept), *shape)), dtype=np.float64)
+            return np.array(np.broadcast_to(values, (len(self.indices), *shape)), dtype=np.float64)
         except ValueError as error:
             wanted = " or ".join(map(str, dict.fromkeys([(self.count,), (self.count, *shape)])))
             raise InvalidInput(f"{what} has shape {had}; expected {wanted}, or one number") from error
 
 
 def labels_of(labels: Any, what: str, rows: Rows, default: Any) -> tuple[Any, Any]:
-    """Return the distinct labels of rows, and the index of each kept row's label among them.
+    """Return the distinct labels of rows, and the index of each row's label among them.
 
     ``labels`` are one for each of the rows of the table. ``None``, or nothing but ``None``, stands for the ``default``
-    labels of the kept ones.
+    labels of these rows.
     """
     if labels is not None and np.shape(labels) != (rows.count,):
         raise InvalidInput(f"{what} has shape {np.shape(labels)}; expected ({rows.count},), one for each of times")
@@ -171,7 +171,7 @@ def labels_of(labels: Any, what: str, rows: Rows, default: Any) -> tuple[Any, An
         raise InvalidInput(f"{what} has no label in row {int(np.argmax(missing))}; expected one for each of times")
     absent = labels is None or all(label is None for label in np.asarray(labels))
     try:
-        return np.unique(default if absent else np.asarray(labels)[rows.kept], return_inverse=True)
+        return np.unique(default if absent else np.asarray(labels)[rows.indices], return_inverse=True)
     except TypeError as error:
         raise InvalidInput(f"{what} is {shown(labels)}, labels of several kinds; expected one kind") from error
 
@@ -249,7 +249,7 @@ def read_table(
             parts.append(table[name])
         if kind == "times":
             times = _dates(parts[0], dates, getattr(table, "attrs", {}))
-            arguments[argument] = times if argument == "times" or are_dates(times) else _united(times, what, unit)
+            arguments[argument] = times if argument == "times" or are_dates(times) else _with_unit(times, what, unit)
         elif kind == "labels":
             arguments[argument] = np.asanyarray(parts[0])
         else:
@@ -267,7 +267,7 @@ def read_table(
     return arguments
 
 
-def _united(times: Any, what: str, unit: Any) -> Any:
+def _with_unit(times: Any, what: str, unit: Any) -> Any:
     """Return times that are no dates as numbers or a Quantity, in their own unit or a default one."""
     values, unit_of_column = column(times, what)
     if unit_of_column is None and not isinstance(unit, Mapping):

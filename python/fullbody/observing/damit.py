@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.arguments import options_of, refuse_unknown
+from ..base.arguments import refuse_unknown
 from ..base.epochs import date
 from ..base.kinds import choice
 from ..base.unit_names import unit_named
@@ -22,7 +22,7 @@ from ..typing import Floats
 from .geometry import Geometry
 from .laws import LinearExponential, LommelSeeligerLambert
 from .photometry import Photometry
-from .scatter import Curve, standard_errors
+from .scatter import Curve, refuse_options, standard_errors
 
 _POINT = "JD, intensity, and the vectors to the Sun and to the Earth, 8 numbers"
 _SCALES = ("tdb", "tt", "utc", "tai")
@@ -95,8 +95,7 @@ def read_damit(path: Any, *, sigma: Any = None, scale: str = "tdb", **options: A
     >>> curves[0].magnitude.round(3), curves[0].nights
     (array([-0.063, -0.032]), array(['curve 1'], dtype='<U7'))
     """
-    fixed = ("times", "magnitude", "sigma", "geometry", "zero", "night", "filter", "airmass", "reduced")
-    refuse_unknown(options, [name for name in options_of(Photometry) if name not in fixed], "read_damit")
+    refuse_options(options, "read_damit")
     choice(scale, "scale", _SCALES)
     text = Text(path)
     is_json = str(path).lower().endswith(".json")
@@ -297,8 +296,8 @@ def read_damit_model(
     with naming(shape):
         body = Body(solid, name=name, **amount)
     # The angle of the database is measured from another direction than that of a state.
-    turned = angle - 90.0 + 360.0 * (rotations_since % 1.0)
-    state = State.rotating(body, longitude * u.deg, latitude * u.deg, hours * u.h, turned * u.deg)
+    rotation_angle = angle - 90.0 + 360.0 * (rotations_since % 1.0)
+    state = State.rotating(body, longitude * u.deg, latitude * u.deg, hours * u.h, rotation_angle * u.deg)
     axis = state.core.spin[0] / np.linalg.norm(state.core.spin[0])
     tilt = float(np.arctan2(np.hypot(axis[0], axis[1]), abs(axis[2])))
     if tilt > _TILT_LIMIT:
@@ -337,17 +336,17 @@ def _shape(text: Text, diameter: Any, unit: Any) -> Polyhedron:
 
     rows = text.words()
     line, words = text.expected(rows, 0, (2,), "the numbers of vertices and facets")
-    count, of_faces = (text.whole_number(line, word, "the number of vertices or facets", 4) for word in words)
+    count, face_count = (text.whole_number(line, word, "the number of vertices or facets", 4) for word in words)
     vertices, faces = [], []
     for k in range(1, 1 + count):
         line, words = text.expected(rows, k, (3,), "the coordinates of a vertex")
         vertices.append([text.number(line, word, "a coordinate") for word in words])
-    for k in range(1 + count, 1 + count + of_faces):
+    for k in range(1 + count, 1 + count + face_count):
         line, words = text.expected(rows, k, (3,), "the vertices of a triangle")
         faces.append([text.whole_number(line, word, "the number of a vertex", 1) - 1 for word in words])
         if max(faces[-1]) >= count:
             text.fail(line, f"the triangle has vertex {max(faces[-1]) + 1}; expected at most {count}")
-    _refuse_more(text, rows, 1 + count + of_faces, "the last facet")
+    _refuse_more(text, rows, 1 + count + face_count, "the last facet")
     points = np.array(vertices)
     with naming(text.path):
         solid = Polyhedron(points, faces)

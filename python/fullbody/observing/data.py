@@ -50,7 +50,7 @@ class Observations(Predictions, Tabled):
     def __init__(self, rows: Rows, geometry: Any) -> None:
         what = f"geometry of {type(self).__name__}"
         super().__init__(rows.times, instance(geometry, what, Vectors, "an observing.Geometry"))
-        self.rows = rows.kept
+        self.rows = rows.indices
         self.missing = rows.missing
 
     def _read(
@@ -142,17 +142,15 @@ class Observations(Predictions, Tabled):
 
     def to_table(self) -> Any:
         """Return the observations as an astropy ``QTable``, which ``from_table`` reads."""
-        columns, meta = self._in_table()
-        return table_of({"times": self.times} | columns, meta)
-
-    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return the columns of a table besides ``times``, and what else it holds."""
-        columns: dict[str, Any] = {}
+        columns: dict[str, Any] = {"times": self.times}
         for declared in self._columns:
-            if (values := self._column(declared.name)) is not None:
-                parts = dict(zip(declared.parts, np.moveaxis(values, -1, 0), strict=True)) if declared.parts else {}
-                columns |= parts or {declared.name: values}
-        return columns, {name: _told(getattr(self, name)) for name in self._options}
+            for name in (declared.name, declared.errors) if declared.errors else (declared.name,):
+                if (values := self._column(name)) is not None:
+                    parts = zip(declared.parts, np.moveaxis(values, -1, 0), strict=True) if declared.parts else ()
+                    columns |= dict(parts) or {name: values}
+        options = {name: getattr(self, name) for name in self._options}
+        kinds = int, float, str, type(None)
+        return table_of(columns, {name: v if isinstance(v, kinds) else str(v) for name, v in options.items()})
 
     def _column(self, name: str) -> Any:
         """Return the values of a column by its name, or ``None`` if the data have none."""
@@ -163,10 +161,10 @@ class Observations(Predictions, Tabled):
 
     def with_errors_of(self, other: Self) -> Self:
         """Return the observations with the standard errors of others of the same rows."""
-        by_state = copy.copy(self)
+        result = copy.copy(self)
         for name in self._error_names:
-            setattr(by_state, name, getattr(other, name))
-        return by_state
+            setattr(result, name, getattr(other, name))
+        return result
 
     def with_jitter(self, jitter: Any) -> Self:
         """Return the observations with a further error of the same size in each row, independent of the others.
@@ -183,10 +181,10 @@ class Observations(Predictions, Tabled):
         Observations
             A copy that stores by how much its errors are widened, so that a fit can free the jitter.
         """
-        wider = copy.copy(self)
-        wider._original = self if self._original is None else self._original
-        wider._widen(jitter)
-        return wider
+        result = copy.copy(self)
+        result._original = self if self._original is None else self._original
+        result._add_jitter(jitter)
+        return result
 
     def plot(self, run: Record, axes: Any = None, *, linear: Mapping[str, Any] | None = None, **kwargs: Any) -> Any:
         """Draw the observations with their errors over the predictions of a run, and below them the residuals.
@@ -210,7 +208,7 @@ class Observations(Predictions, Tabled):
         predicted, residuals, _ = self._solved(run, linear)
         sigma = np.sqrt(np.diagonal(self.errors(system).covariance, axis1=1, axis2=2)).reshape(residuals.shape)
         columns = [self._by_name(self._attach(values, system)) for values in (predicted, residuals, sigma)]
-        parts = {name: (columns[0][name], columns[1][name], columns[2][name]) for name in columns[0]}
+        parts = {name: tuple(column[name] for column in columns) for name in columns[0]}
         return draw(time_axis(self.times), parts, axes, kwargs)
 
     @property
@@ -223,12 +221,16 @@ class Observations(Predictions, Tabled):
         columns = [attached] if attached.ndim == 1 else np.moveaxis(attached, 1, 0)
         return dict(zip(self._names, columns, strict=True))
 
-    def _widen(self, jitter: Any) -> None:
+    def _add_jitter(self, jitter: Any) -> None:
         """Add a jitter to the standard errors."""
         self._sigma = np.hypot(self._sigma, jitter_of(jitter, self._error_unit))
 
+    def _standard_errors(self, system: SystemLike) -> Floats:
+        """Return the standard errors (K, C) in the numbers of the predictions."""
+        return np.asarray(self._sigma.reshape(len(self), -1))
+
     def _covariance(self, system: SystemLike) -> Floats:
-        sigma = self._sigma.reshape(len(self), -1)
+        sigma = self._standard_errors(system)
         return np.asarray(sigma[:, :, None] ** 2 * np.eye(sigma.shape[1]))
 
     def _tables(self) -> tuple[Table, ...]:
@@ -236,16 +238,12 @@ class Observations(Predictions, Tabled):
         if self.missing:
             rows.append(("left out", f"{len(self.missing)} rows with masked or missing values"))
         rows += [("first", str(self.times[0])), ("last", str(self.times[-1])), ("geometry", repr(self.geometry))]
-        return (Table(repr(self).partition("(")[0], (), [*rows, *self._described()]),)
+        return (Table(repr(self).partition("(")[0], (), [*rows, *self._summary()]),)
 
-    def _described(self) -> list[tuple[str, str]]:
+    def _summary(self) -> list[tuple[str, str]]:
+        """Return the names and values of the options that a printed summary shows."""
         return [(name.replace("_", " "), str(getattr(self, name))) for name in self._options]
 
     def __repr__(self) -> str:
-        left = f", {len(self.missing)} left out" if self.missing else ""
-        return f"{type(self).__name__}({len(self)} times from {self.times[0]} to {self.times[-1]}{left})"
-
-
-def _told(value: Any) -> Any:
-    """Return an option as a table holds it: numbers and ``None`` as they are, and others as text."""
-    return value if value is None or isinstance(value, int | float | str) else str(value)
+        missing = f", {len(self.missing)} left out" if self.missing else ""
+        return f"{type(self).__name__}({len(self)} times from {self.times[0]} to {self.times[-1]}{missing})"

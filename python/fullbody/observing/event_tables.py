@@ -41,8 +41,8 @@ def time_column(times: Sequence[Any], system: SystemLike) -> Any:
         return column
     from astropy.time import TimeDelta
 
-    since = TimeDelta(np.asarray(column.data.data) * seconds(system, "a table of times"), format="sec")
-    dates = (to_time(context.epoch).tdb + since).utc.copy()
+    elapsed = TimeDelta(np.asarray(column.data.data) * seconds(system, "a table of times"), format="sec")
+    dates = (to_time(context.epoch).tdb + elapsed).utc.copy()
     dates.format = "iso"
     if column.mask.any():
         dates[column.mask] = np.ma.masked

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -11,11 +11,9 @@ from ..base.units import Units, as_quantity, is_quantity, numbers
 from ..errors import InvalidInput
 from ..frames import pole_vector
 from ..model.context import SystemLike
+from ..orbit.elements import KeplerElements
 from . import paths
 from .vectors import Vectors
-
-if TYPE_CHECKING:
-    from ..orbit.elements import KeplerElements
 
 
 class Geometry(Vectors):
@@ -96,16 +94,16 @@ class Geometry(Vectors):
         """
         lon, lat = (Units().strip(value, "angle", what) for value, what in ((ra, "ra"), (dec, "dec")))
         length = as_quantity(distance, "distance", "length")
-        far = np.asarray(length.value if is_quantity(length) else numbers(length, "distance"), dtype=np.float64)
+        size = np.asarray(length.value if is_quantity(length) else numbers(length, "distance"), dtype=np.float64)
         try:
-            lon, lat, far = np.broadcast_arrays(np.atleast_1d(lon), lat, far)
+            lon, lat, size = np.broadcast_arrays(np.atleast_1d(lon), lat, size)
         except ValueError as error:
-            shapes = f"{lon.shape}, {lat.shape} and {far.shape}"
+            shapes = f"{lon.shape}, {lat.shape} and {size.shape}"
             raise InvalidInput(f"ra, dec and distance have shapes {shapes}; expected (K,) for each") from error
-        if lon.ndim != 1 or not (far > 0.0).all():
+        if lon.ndim != 1 or not (size > 0.0).all():
             raise InvalidInput("distance has values that are not above zero; expected (K,) positive numbers")
-        away = np.array([pole_vector(a, b) for a, b in zip(lon, lat, strict=True)]) * -far[:, None]
-        observer = away * length.unit if is_quantity(length) else away
+        vectors = np.array([pole_vector(a, b) for a, b in zip(lon, lat, strict=True)]) * -size[:, None]
+        observer = vectors * length.unit if is_quantity(length) else vectors
         return cls(times, to_observer=observer, to_sun=to_sun, frame=frame, light_time=light_time)
 
     @classmethod

@@ -10,7 +10,7 @@ from ..model.context import SystemLike
 from ..orbit.elements import DIMENSIONS, KeplerElements
 from ..typing import Floats
 from .times import kilometres, seconds
-from .vectors import SystemGeometry, turn
+from .vectors import SystemGeometry, cached_rotation
 
 #: The elements that have corrections, with their dimensions.
 ELEMENTS = DIMENSIONS
@@ -22,28 +22,23 @@ def displacements(system: SystemLike, local: SystemGeometry, times: Floats) -> l
     """Return the displacements (K, 3) of the barycentre by each element, per unit of it, in the system's axes.
 
     The orbit is that which osculates the path of the geometry at the mean of the times (K,), and its elements refer to
-    the ecliptic of J2000.
-
-    Raises
-    ------
-    InvalidInput
-        For a geometry whose Sun does not move, and for one whose path is no orbit about the Sun.
+    the ecliptic of J2000. A geometry whose Sun does not move, or whose path is no orbit about the Sun, is refused.
     """
     from astropy.constants import GM_sun
 
     what = "corrections of the heliocentric elements"
     mu = float(GM_sun.to_value("km3 / s2")) / kilometres(system, what) ** 3 * seconds(system, what) ** 2
-    axes = turn(system.context.frame, "ecliptic")
+    axes = cached_rotation(system.context.frame, "ecliptic")
     middle = np.array([np.mean(times)])
     emitted = local.emission(np.append(times, middle))
     position, velocity = (-part[0] @ axes.T for part in (local.sun(middle), local.sun_velocity(middle)))
     # The Sun's vectors are given by the time of arrival.
-    observer, moving = local.observer(middle)[0], local.observer_velocity(middle)[0]
-    late = observer @ moving / np.linalg.norm(observer) / local.light_speed
+    observer, observer_velocity = local.observer(middle)[0], local.observer_velocity(middle)[0]
+    delay_rate = observer @ observer_velocity / np.linalg.norm(observer) / local.light_speed
     if not np.linalg.norm(velocity) > 0.0:
         raise InvalidInput(f"{what} need a geometry in which the Sun moves; expected vectors to_sun for each time")
     try:
-        orbit = KeplerElements.from_cartesian(position, velocity / (1.0 - late), mu)
+        orbit = KeplerElements.from_cartesian(position, velocity / (1.0 - delay_rate), mu)
     except InvalidInput as error:
         raise InvalidInput(f"{what} need a geometry along an orbit about the Sun: {error}") from error
     elements = {name: float(getattr(orbit, name)) for name in ELEMENTS}
@@ -58,8 +53,8 @@ def displacements(system: SystemLike, local: SystemGeometry, times: Floats) -> l
         return np.asarray(KeplerElements(**rows).to_cartesian(mu)[0] @ axes)
 
     def by_element(name: str) -> Floats:
-        here = positions(name, 0.0)
+        reference = positions(name, 0.0)
         step = _STEP * abs(elements["a"]) if name == "a" else _STEP
-        return difference(lambda change: positions(name, change) - here, step)
+        return difference(lambda change: positions(name, change) - reference, step)
 
     return [by_element(name) for name in ELEMENTS]

@@ -71,23 +71,23 @@ def _arguments(to_earth: Floats, velocity: Floats, chords: list[list[str]], scal
     )
     times = Time(integer, fraction, format="jd", scale=scale)
     start = times[0, 0]
-    since = np.asarray((times - start).to_value("s"))
-    middle = since.mean()
+    elapsed = np.asarray((times - start).to_value("s"))
+    middle = elapsed.mean()
     numbers = np.array(chords, dtype=np.float64)
     # The coordinates are to the west and to the north, in a plane that moves with the shadow.
-    places = np.stack([-numbers[:, [2, 6]], numbers[:, [3, 7]]], axis=-1)
+    positions = np.stack([-numbers[:, [2, 6]], numbers[:, [3, 7]]], axis=-1)
     star = -to_earth / np.linalg.norm(to_earth)
     drift = east_and_north(star, rotation("equatorial", "ecliptic")[:, 2]) @ velocity
-    stations = places - places.mean(axis=(0, 1)) - (since - middle)[..., None] * drift
-    ends = np.array([since.min() - _MARGIN, since.max() + _MARGIN])
+    stations = positions - positions.mean(axis=(0, 1)) - (elapsed - middle)[..., None] * drift
+    ends = np.array([elapsed.min() - _MARGIN, elapsed.max() + _MARGIN])
     vectors = to_earth + np.outer(ends - middle, velocity)
-    missed = numbers[:, 8] == _MISS
+    is_miss = numbers[:, 8] == _MISS
     return {
         "star": star,
         "stations": stations * u.km,
-        "disappearance": masked_dates(times[:, 0], missed),
-        "reappearance": masked_dates(times[:, 1], missed),
+        "disappearance": masked_dates(times[:, 0], is_miss),
+        "reappearance": masked_dates(times[:, 1], is_miss),
         "sigma": numbers[:, [1, 5]] * u.s,
         "geometry": Geometry(start + ends * u.s, to_observer=vectors * u.km, frame="ecliptic"),
-        "watched": (times[:, 0], times[:, 1]) if missed.any() else None,
+        "watched": (times[:, 0], times[:, 1]) if is_miss.any() else None,
     }

@@ -1,28 +1,33 @@
-"""The centre of the light of all bodies of a system together, as a telescope sees it that does not resolve them."""
+"""Centres of light of all bodies together, as a telescope sees them that does not resolve them, and of ellipsoids.
+
+The centre of light of a body differs from its centre of mass unless the Sun is behind the observer.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base import rotations
 from ..base.values import ArrayFields
 from ..errors import InvalidInput, interruptible
+from ..model.context import SystemLike
+from ..model.shapes import Ellipsoid, PointMass, Sphere
 from ..record.record import Record
 from ..typing import Array, Floats
 from .brightness import Epochs, Photometer
-from .laws import LommelSeeliger
+from .laws import Law, LommelSeeliger
 from .light_curve import epochs_of
 from .sky import in_mas, offsets, sky_axes
+from .states import into_body
 from .vectors import Vectors
-
-if TYPE_CHECKING:
-    from .laws import Law
 
 #: The steps of differences of light: as a share of the size of a body, and of a radian.
 _STEP = 1e-3
+#: The least cosine at an end of an integral over the lit surface; smaller ones are replaced by it.
+_LEAST = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -147,35 +152,30 @@ def derivatives(photometer: Photometer, epochs: Epochs, sizes: Floats) -> tuple[
     """Return the centre of light and its derivatives with respect to the poses of N bodies of these sizes (N,).
 
     Let B be the brightness of a body, M its first moments and r its position. The centre is the sum of B r + M over the
-    sum of B. What B and M add to the derivatives is differenced by the poses, with errors of fourth order.
-
-    Returns
-    -------
-    CentreOfLight
-    position, rotation : ndarray, (K, 3, N, 3)
-        Derivatives of the centre with respect to the positions of the bodies, and to their rotation vectors in their
-        body frames.
+    sum of B. What B and M add to the derivatives is differenced by the poses, with errors of fourth order. The
+    derivatives (K, 3, N, 3) are those with respect to the positions of the bodies, and to their rotation vectors in
+    their body frames.
     """
     light = photometer.moments(epochs)
     centre = centre_of(epochs, light)
     count = len(sizes)
     result = np.zeros((2, len(light), 3, count, 3))
-    apart = epochs.position - centre.centre[:, None]
+    separation = epochs.position - centre.centre[:, None]
     total = centre.total[:, None]
     for body in range(count):
         for kind, step in enumerate((_STEP * sizes[body], _STEP)):
             for axis in range(3):
                 change = np.zeros_like(light)
-                for weight, share in ((8.0, 1.0), (-8.0, -1.0), (-1.0, 2.0), (1.0, -2.0)):
-                    change += weight * photometer.moments(_moved(epochs, body, kind, axis, share * step))
+                for weight, k in ((8.0, 1.0), (-8.0, -1.0), (-1.0, 2.0), (1.0, -2.0)):
+                    change += weight * photometer.moments(_displaced(epochs, body, kind, axis, k * step))
                 change /= 12.0 * step
-                moment = np.einsum("kn,knx->kx", change[..., 0], apart) + change[..., 1:].sum(axis=1)
+                moment = np.einsum("kn,knx->kx", change[..., 0], separation) + change[..., 1:].sum(axis=1)
                 result[kind, :, :, body, axis] = moment / total
         result[0, :, :, body] += (light[:, body, 0, None] / total)[..., None] * np.eye(3)
     return centre, *result
 
 
-def _moved(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> Epochs:
+def _displaced(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> Epochs:
     """Return epochs with one body displaced along an axis, or rotated about an axis of its body frame."""
     position, attitude = epochs.position.copy(), epochs.attitude.copy()
     if kind == 0:
@@ -183,5 +183,89 @@ def _moved(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> Epoc
     else:
         rotation = rotations.of_vectors(step * np.eye(3)[axis])
         attitude[:, body] = rotations.products(attitude[:, body], rotation)
-    others = epochs.to_observer, epochs.to_sun, epochs.velocity, epochs.distant
-    return Epochs(epochs.times, position, attitude, *others)
+    return Epochs(epochs.times, position, attitude, *epochs[3:])
+
+
+def semi_axes(system: SystemLike, body: int) -> Floats:
+    """Return the semi-axes (3,) of an ellipsoid in the system's unit; zeros for a point."""
+    shape = system.bodies[body].shape
+    if isinstance(shape, PointMass):
+        return np.zeros(3)
+    if not isinstance(shape, Ellipsoid | Sphere):
+        raise InvalidInput(
+            f"{system.context.names[body]} is a {type(shape).__name__}; expected an ellipsoid, a sphere or a point for "
+            "photocentre=True"
+        )
+    parts = [part for part, *_ in system.context.bodies[body].parts]
+    return np.array(parts[0], dtype=np.float64)
+
+
+def photocentre(axes: Floats, attitude: Any, to_observer: Floats, to_sun: Floats) -> Any:
+    """Return the offset (..., 3) of a body's centre of light from its centre, by Lommel-Seeliger's law, without events.
+
+    Let p = A^-1 e and q = A^-1 s in body axes with A = diag(a, b, c), the pole of the unit sphere along p x q, and l
+    the longitude from p toward q. The light from longitude l and latitude b is g(l) cos(b)^2 db dl with g proportional
+    to cos l cos(l - alpha) / cos(l - L), alpha the angle from p to q and L that from p to p + q. The mean of A u has
+    closed forms: the integrals over b are pi/2 and 4/3, and those over l are elementary.
+
+    The semi-axes are (3,), the attitudes (..., 4), and the vectors from the body (..., 3) and the offsets in the
+    inertial frame; attitudes and vectors may be complex.
+    """
+    if not axes.any():
+        return np.zeros_like(to_observer)
+    e, s = (vector / np.sqrt(np.sum(vector * vector, axis=-1))[..., None] for vector in (to_observer, to_sun))
+    p, q = (into_body(attitude, vector) / axes for vector in (e, s))
+    size_p, size_q = (np.sqrt(np.sum(v * v, axis=-1)) for v in (p, q))
+    first = p / size_p[..., None]
+    cos_a = np.sum(first * q, axis=-1) / size_q
+    perpendicular = q / size_q[..., None] - first * cos_a[..., None]
+    sin_a = np.sqrt(np.sum(perpendicular * perpendicular, axis=-1))
+    # At zero phase there is no direction perpendicular to the line of sight, and the offset along it is zero.
+    second = perpendicular / np.where(sin_a == 0.0, 1.0, sin_a)[..., None]
+    x, y = size_p + size_q * cos_a, size_q * sin_a
+    length = np.sqrt(x * x + y * y)
+    cos_l, sin_l = x / length, y / length
+    cos_g, sin_g = cos_a * cos_l + sin_a * sin_l, sin_a * cos_l - cos_a * sin_l
+    # The angle y = l - L runs from the terminator, l = alpha - pi/2, to the limb, l = pi/2.
+    # At zero phase cos y vanishes at both ends, where the factor of its logarithm is zero.
+    low, high = (
+        (sine, np.where(np.real(cosine) < _LEAST, _LEAST, cosine)) for sine, cosine in ((-cos_g, sin_g), (cos_l, sin_l))
+    )
+
+    def between(antiderivative: Any) -> Any:
+        return antiderivative(*high) - antiderivative(*low)
+
+    def angle(sine: Any, cosine: Any) -> Any:
+        # This is the arc tangent of y relative to the middle, for complex numbers too.
+        return 2.0 * np.arctan(sine / (1.0 + cosine))
+
+    # These are integrals over y of cos, of sin and of sin^n cos^m / cos, with n + m the number of factors.
+    integrals = {
+        (0, 2): between(lambda sine, cosine: sine),
+        (1, 1): between(lambda sine, cosine: -cosine),
+        (2, 0): between(lambda sine, cosine: 2.0 * np.arctanh(sine / (1.0 + cosine)) - sine),
+        (0, 3): between(lambda sine, cosine: 0.5 * (angle(sine, cosine) + sine * cosine)),
+        (1, 2): between(lambda sine, cosine: 0.5 * sine * sine),
+        (2, 1): between(lambda sine, cosine: 0.5 * (angle(sine, cosine) - sine * cosine)),
+        (3, 0): between(lambda sine, cosine: -np.log(cosine) - 0.5 * sine * sine),
+    }
+
+    def mean(factors: list[tuple[Any, Any]]) -> Any:
+        """Return the integral over y of a product of factors a cos(y) + b sin(y), divided by cos(y)."""
+        terms: dict[int, Any] = {0: 1.0}
+        for of_cos, of_sin in factors:
+            product: dict[int, Any] = {}
+            for power, value in terms.items():
+                product[power] = product.get(power, 0.0) + value * of_cos
+                product[power + 1] = product.get(power + 1, 0.0) + value * of_sin
+            terms = product
+        return sum(value * integrals[power, len(factors) - power] for power, value in terms.items())
+
+    # These are the coefficients of cos y and sin y in cos l, sin l and cos(l - alpha).
+    cosine, sine, incidence = (cos_l, -sin_l), (sin_l, cos_l), (cos_g, sin_g)
+    light = 0.5 * np.pi * mean([cosine, incidence])
+    if not (np.real(light) > 0.0).all():
+        raise InvalidInput("the Sun is behind a body, which has no centre of light; expected a phase angle below pi")
+    along_first, along_second = (4.0 / 3.0 * mean([cosine, incidence, item]) / light for item in (cosine, sine))
+    offset = (first * along_first[..., None] + second * along_second[..., None]) * axes
+    return into_body(attitude * [1.0, -1.0, -1.0, -1.0], offset)

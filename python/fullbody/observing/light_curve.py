@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,14 +14,10 @@ from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array, Floats
 from .brightness import Epochs, Photometer, of_unit_sphere
-from .exposure import exposure_rule
-from .laws import LommelSeeliger
+from .laws import Law, LommelSeeliger
 from .states import DISTANT, RetardedStates, refuse_near, retarded
-from .times import in_system, kilometres
+from .times import exposure_rule, kilometres, to_system_times
 from .vectors import SystemGeometry, Vectors, local_geometry
-
-if TYPE_CHECKING:
-    from .laws import Law
 
 #: The diameter in km of a white sphere of absolute magnitude zero, and the astronomical unit in km.
 _WHITE_DIAMETER, _AU = 1329.0, 149597870.7
@@ -99,10 +95,10 @@ def light_curve(
     local = local_geometry(geometry, system)
     photometer, rule = Photometer(system, law, albedo, mutual, sun_radius), exposure_rule(exposure, system)
     result = []
-    for part in _parts(in_system(times, system, "times")):
+    for part in _parts(to_system_times(times, system, "times")):
         light = np.zeros((len(part), len(system.context)))
-        for since, weight in zip(*rule, strict=True):
-            light += weight * photometer.brightness(_epochs_of_run(run, local, part + since, "a light curve"))
+        for time, weight in rule:
+            light += weight * photometer.brightness(_epochs_of_run(run, local, part + time, "a light curve"))
         total = light if per_body else light.sum(axis=1)
         result.append(magnitudes(total, local.observer(part), local.sun(part), reduced))
     return np.concatenate(result)
@@ -112,7 +108,7 @@ def epochs_of(run: Record, times: Any, geometry: Vectors, what: str) -> Iterator
     """Iterate over what a photometer sees at times (K,) of arrival, in parts between which Ctrl-C is noticed."""
     system = run.system
     local = local_geometry(geometry, system)
-    for part in _parts(in_system(times, system, "times")):
+    for part in _parts(to_system_times(times, system, "times")):
         yield _epochs_of_run(run, local, part, what)
 
 
@@ -138,7 +134,7 @@ def epochs_at(
     orbits: float,
     sizes: float,
 ) -> Epochs:
-    """Return what a photometer sees, after checking that observer and Sun are as far as :func:`refuse_near` wants."""
+    """Return what a photometer sees, after :func:`refuse_near` has checked the distances of observer and Sun."""
     attitude, times = retarded_states.attitude(states["attitude"], states["spin"]), retarded_states.times
     to_sun = local.sun(times)
     for name, vector in (("observer", retarded_states.observer), ("Sun", to_sun)):

@@ -18,36 +18,29 @@ from .. import _core
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
-
-#: The indices of the next component of a vector, and of the one before, in cyclic order.
-_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+from .states import cross
 
 #: The number of points of the outline of an ellipsoid, of normals among which that at the nearest point of an ellipse
 #: is sought, and of steps of Newton's method from there.
-_RIM, _NORMALS, _STEPS = 361, 64, 12
+_POINTS, _NORMALS, _STEPS = 361, 64, 12
 
 
 class LimbPoints(NamedTuple):
     """Points of a limb: distances (n,) of rays, zero where a ray misses it; positions and outward normals (n, 3)."""
 
-    reach: Floats
+    distances: Floats
     points: Floats
     normals: Floats
 
 
 class Limb:
-    """The limb of a part of a body, whose centre and rotation matrix are given in the body's frame.
+    """The limb of a part of a body, whose centre (3,) and rotation matrix (3, 3) are given in the body's frame.
 
-    Attributes
-    ----------
-    position : ndarray, (3,)
-    rotation : ndarray, (3, 3)
-    reach : float
-        An upper bound of the distance of the part's points from the body's centre.
+    The ``radius`` is an upper bound of the distance of the part's points from the body's centre.
     """
 
-    def __init__(self, position: Floats, rotation: Floats, reach: float) -> None:
-        self.position, self.rotation, self.reach = position, rotation, reach
+    def __init__(self, position: Floats, rotation: Floats, radius: float) -> None:
+        self.position, self.rotation, self.radius = position, rotation, radius
 
     def measure(self, w: Any, u: Any) -> Any:
         """Return the measure (...) of rays: negative where they pass through the part."""
@@ -69,7 +62,7 @@ class Limb:
         """Return how far (M,) the part reaches along unit vectors (M, 3)."""
         raise NotImplementedError
 
-    def rim(self, u: Floats) -> Floats:
+    def outline(self, u: Floats) -> Floats:
         """Return points (R, 3) on the outline along a direction (3,), with rows of NaN between separate lines."""
         raise NotImplementedError
 
@@ -80,8 +73,8 @@ class Limb:
         """
         raise NotImplementedError
 
-    def crossings(self, w: Floats, u: Floats, ways: Floats) -> tuple[Any, Floats]:
-        """Return where displacements ``ways`` (M, 3) of rays may cross the limb: indices of rays, and shares of them.
+    def crossings(self, w: Floats, u: Floats, displacements: Floats) -> tuple[Any, Floats]:
+        """Return where ``displacements`` (M, 3) of rays may cross the limb: indices of rays, and shares of them.
 
         The shares are between 0 and 1, in their order for each ray. There are none for a smooth measure, whose extrema
         show all crossings.
@@ -108,7 +101,7 @@ class EllipsoidLimb(Limb):
 
     def distance(self, w: Any, u: Any) -> Any:
         """Return the distances (...) of rays from the ellipse that is the outline."""
-        axes = np.stack(across(u), axis=-2)
+        axes = np.stack(axes_across(u), axis=-2)
         columns = axes @ (self.rotation * self.semi_axes)
         ellipse = columns @ np.swapaxes(columns, -1, -2)
         point = (axes @ (w - self.position)[..., None])[..., 0]
@@ -124,10 +117,10 @@ class EllipsoidLimb(Limb):
         """Return how far (M,) the ellipsoid reaches along unit vectors (M, 3)."""
         return normals @ self.position + np.linalg.norm(normals @ self.rotation * self.semi_axes, axis=-1)
 
-    def rim(self, u: Floats) -> Floats:
+    def outline(self, u: Floats) -> Floats:
         """Return points (R, 3) on the outline along a direction (3,): s = A^-1 x is a circle across A^-1 u."""
-        first, second = (axis[0] for axis in across((u @ self.rotation / self.semi_axes)[None]))
-        angles = np.linspace(0.0, 2.0 * np.pi, _RIM)
+        first, second = (axis[0] for axis in axes_across((u @ self.rotation / self.semi_axes)[None]))
+        angles = np.linspace(0.0, 2.0 * np.pi, _POINTS)
         circle = np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second / np.linalg.norm(second))
         return self.position + circle * self.semi_axes @ self.rotation.T
 
@@ -140,11 +133,11 @@ class EllipsoidLimb(Limb):
         square = np.einsum("nx,xy,ny->n", rays, inverse, rays)
         half = rays @ inverse @ middle
         discriminant = half**2 - square * (middle @ inverse @ middle - 1.0)
-        reach = np.where(discriminant > 0.0, half + np.sqrt(np.maximum(discriminant, 0.0)), 0.0) / square
-        normals = (reach[:, None] * rays - middle) @ inverse @ axes
+        distances = np.where(discriminant > 0.0, half + np.sqrt(np.maximum(discriminant, 0.0)), 0.0) / square
+        normals = (distances[:, None] * rays - middle) @ inverse @ axes
         tangent = normals @ matrix
         size = np.sqrt(np.maximum(np.einsum("nx,nx->n", normals, tangent), np.finfo(float).tiny))
-        return LimbPoints(reach, self.position + tangent / size[:, None], normals)
+        return LimbPoints(distances, self.position + tangent / size[:, None], normals)
 
     def length(self, measure: Any) -> Any:
         """Return the distance from the limb of a sphere of the same volume."""
@@ -182,7 +175,7 @@ class MeshLimb(Limb):
         """Return the ends (E, 2, 3) of the edges of the outline along a direction (3,)."""
         return self.position + self._core.edges(u @ self.rotation) @ self.rotation.T
 
-    def rim(self, u: Floats) -> Floats:
+    def outline(self, u: Floats) -> Floats:
         """Return the ends of the edges of the outline along a direction (3,), with a row of NaN after each edge."""
         edges = self._edges(u)
         return np.concatenate([edges, np.full((len(edges), 1, 3), np.nan)], axis=1).reshape(-1, 3)
@@ -191,33 +184,26 @@ class MeshLimb(Limb):
         """Return the points at which rays t d meet edges p + s (q - p), where d x (p + s (q - p)) = 0."""
         edges = self._edges(u)
         p, q = np.moveaxis(edges @ axes.T, 1, 0)
-        along = q - p
-        aside = rays[:, [0]] * along[:, 1] - rays[:, [1]] * along[:, 0]
-        offset = rays[:, [0]] * p[:, 1] - rays[:, [1]] * p[:, 0]
-        share = np.divide(-offset, aside, out=np.full_like(aside, -1.0), where=aside != 0.0)
-        reach = rays @ p.T + share * (rays @ along.T)
-        reach = np.where((share >= 0.0) & (share <= 1.0), reach, 0.0)
-        rows, edge = np.arange(len(rays)), np.argmax(reach, axis=1)
+        side = q - p
+        slope, offset = (rays[:, [0]] * v[:, 1] - rays[:, [1]] * v[:, 0] for v in (side, p))
+        share = np.divide(-offset, slope, out=np.full_like(slope, -1.0), where=slope != 0.0)
+        distances = rays @ p.T + share * (rays @ side.T)
+        distances = np.where((share >= 0.0) & (share <= 1.0), distances, 0.0)
+        rows, edge = np.arange(len(rays)), np.argmax(distances, axis=1)
         sides = edges[edge, 1] - edges[edge, 0]
         points = edges[edge, 0] + share[rows, edge, None] * sides
-        return LimbPoints(np.maximum(reach[rows, edge], 0.0), points, np.cross(sides, u))
+        return LimbPoints(np.maximum(distances[rows, edge], 0.0), points, np.cross(sides, u))
 
-    def crossings(self, w: Floats, u: Floats, ways: Floats) -> tuple[Any, Floats]:
+    def crossings(self, w: Floats, u: Floats, displacements: Floats) -> tuple[Any, Floats]:
         """Return the indices of rays, and the shares of their displacements, at which they cross the outline."""
-        rotated = (vectors @ self.rotation for vectors in (w - self.position, u, ways))
+        rotated = (vectors @ self.rotation for vectors in (w - self.position, u, displacements))
         return self._core.crossings(*map(np.ascontiguousarray, rotated))
 
 
 def limbs_of(system: SystemLike, body: int, semi_axes: Any = None) -> list[Limb]:
     """Return the limbs of the parts of a body with surfaces: none for a point, and none for voids.
 
-    Parameters
-    ----------
-    system : System
-    body : int
-        The index of the body.
-    semi_axes : array_like, (3,), optional
-        Other semi-axes, which may be complex, for a body that is an ellipsoid.
+    A body that is an ellipsoid may have other ``semi_axes`` (3,), which may be complex.
     """
     limbs: list[Limb] = []
     for shape, mass, position, rotation in system.context.bodies[body].parts:
@@ -244,24 +230,17 @@ class PosedLimbs(NamedTuple):
     matrix: Floats
 
     def outermost(self, sight: Floats, axes: Floats, rays: Floats) -> LimbPoints:
-        """Return the outermost points on rays from the centre across a line of sight.
+        """Return the outermost points on rays from the centre across a line of sight, the unit vector ``sight`` (3,).
 
-        Parameters
-        ----------
-        sight : ndarray, (3,)
-            The unit vector to the observer.
-        axes : ndarray, (2, 3)
-            Unit vectors across the line of sight.
-        rays : ndarray, (n, 2)
-            Unit vectors along these.
+        The rays (n, 2) are unit vectors along the ``axes`` (2, 3), which are perpendicular to the line of sight.
         """
-        best = LimbPoints(np.zeros(len(rays)), np.zeros((len(rays), 3)), np.zeros((len(rays), 3)))
+        result = LimbPoints(np.zeros(len(rays)), np.zeros((len(rays), 3)), np.zeros((len(rays), 3)))
         for limb in self.limbs:
             part = limb.outermost(sight @ self.matrix, axes @ self.matrix, rays)
-            farther = part.reach > best.reach
-            for values, others in zip(best, part, strict=True):
+            farther = part.distances > result.distances
+            for values, others in zip(result, part, strict=True):
                 values[farther] = others[farther]
-        return LimbPoints(best.reach, self.centre + best.points @ self.matrix.T, best.normals @ self.matrix.T)
+        return LimbPoints(result.distances, self.centre + result.points @ self.matrix.T, result.normals @ self.matrix.T)
 
     def hides(self, points: Floats, directions: Floats) -> Any:
         """Return whether the body hides each of the points (n, 3) along unit vectors (n, 3)."""
@@ -283,12 +262,7 @@ def dense_nodes(limb: Limb, nodes: Floats, w: Floats, u: Floats) -> Floats:
     return np.unique(np.concatenate([nodes, np.interp(0.5 * (breaks[1:] + breaks[:-1]), count, nodes)]))
 
 
-def cross(a: Any, b: Any) -> Any:
-    """Return the cross products (..., 3) of vectors, which numpy's function takes longer for."""
-    return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
-
-
-def across(directions: Any) -> tuple[Any, Any]:
+def axes_across(directions: Any) -> tuple[Any, Any]:
     """Return two unit vectors (..., 3) across directions (..., 3), right-handed with them; they may be complex."""
     least = np.eye(3)[np.argmin(np.abs(directions.real), axis=-1)]
     first = np.cross(directions, least)
@@ -303,9 +277,9 @@ def _normals_at_nearest(ellipse: Floats, point: Floats) -> Floats:
         """Return the height above the tangent at a normal's angle, and its first and second derivatives."""
         n = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         t = np.stack([-n[..., 1], n[..., 0]], axis=-1)
-        along, aside = (np.einsum("...i,...ij,...j->...", v, matrix, n) for v in (n, t))
-        size = np.sqrt(along)
-        slope = aside / size
+        square, product = (np.einsum("...i,...ij,...j->...", v, matrix, n) for v in (n, t))
+        size = np.sqrt(square)
+        slope = product / size
         curvature = (np.einsum("...i,...ij,...j->...", t, matrix, t) - slope**2) / size
         height = np.sum(x * n, axis=-1)
         return height - size, np.sum(x * t, axis=-1) - slope, size - height - curvature

@@ -17,7 +17,7 @@ from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
 from .pictures import draw
-from .times import in_system
+from .times import to_system_times
 
 
 class Measured(Tabled):
@@ -61,9 +61,9 @@ class Measured(Tabled):
         self._value = np.atleast_1d(self._unitless(value, "value"))
         if self._value.ndim > 1:
             raise InvalidInput(f"value of {name} has shape {self._value.shape}; expected one number, or (C,)")
-        spread = self._unitless(sigma, "sigma", POSITIVE)
+        errors = self._unitless(sigma, "sigma", POSITIVE)
         try:
-            self._sigma = np.array(np.broadcast_to(spread, self._value.shape))
+            self._sigma = np.array(np.broadcast_to(errors, self._value.shape))
         except ValueError as error:
             raise InvalidInput(f"sigma of {name} has shape {np.shape(sigma)}; expected {self._value.shape}") from error
 
@@ -71,8 +71,8 @@ class Measured(Tabled):
         """Return numbers in the unit of the measured value."""
         value = as_quantity(value, f"{what} of {self.name}")
         if is_quantity(value) != (self.unit is not None):
-            wanted = "a plain number" if self.unit is None else f"a unit such as {self.unit}"
-            raise InvalidInput(f"{what} of {self.name} is {value!r}; expected {wanted}")
+            expected = "a plain number" if self.unit is None else f"a unit such as {self.unit}"
+            raise InvalidInput(f"{what} of {self.name} is {value!r}; expected {expected}")
         numbers = value if self.unit is None else strip_to(value, self.unit, f"{what} of {self.name}")
         return UNITLESS.numbers(numbers, "number", f"{what} of {self.name}", limits=limits)
 
@@ -86,21 +86,20 @@ class Measured(Tabled):
         """
         if self.times is None:
             raise InvalidInput(f"{self.name} has no times; give Measured(..., times=) to say when its run is sampled")
-        return system.context.units.attach(
-            np.sort(in_system(self.times, system, f"times of {self.name}").ravel()), "time"
-        )
+        times = to_system_times(self.times, system, f"times of {self.name}")
+        return system.context.units.attach(np.sort(times.ravel()), "time")
 
     @property
     def value(self) -> Any:
         """The measured values (C,)."""
-        return self._united(self._value)
+        return self._with_unit(self._value)
 
     @property
     def sigma(self) -> Any:
         """The standard errors (C,) of the measured values."""
-        return self._united(self._sigma)
+        return self._with_unit(self._sigma)
 
-    def _united(self, values: Floats) -> Any:
+    def _with_unit(self, values: Floats) -> Any:
         return values if self.unit is None else values * self.unit
 
     def _prediction(self, run: Record) -> Floats:
@@ -111,11 +110,11 @@ class Measured(Tabled):
 
     def predict(self, run: Record) -> Any:
         """Return the value of the function for a run (C,), with the unit of the measured value."""
-        return self._united(self._prediction(run))
+        return self._with_unit(self._prediction(run))
 
     def residuals(self, run: Record) -> Any:
         """Return the measured values minus the predictions (C,)."""
-        return self._united(self._value - self._prediction(run))
+        return self._with_unit(self._value - self._prediction(run))
 
     def pulls(self, run: Record) -> Floats:
         """Return the residuals (C,) divided by the standard errors."""
@@ -139,8 +138,8 @@ class Measured(Tabled):
         -------
         ndarray of Axes, (2, 1)
         """
-        across = np.arange(len(self._value)), "index of the value"
-        return draw(across, {self.name: (self.predict(run), self.residuals(run), self.sigma)}, axes, kwargs)
+        indices = np.arange(len(self._value)), "index of the value"
+        return draw(indices, {self.name: (self.predict(run), self.residuals(run), self.sigma)}, axes, kwargs)
 
     def _tables(self) -> tuple[Table, ...]:
         return (Table(self.name, (), [("value", str(self.value)), ("sigma", str(self.sigma))]),)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,19 +12,17 @@ from .. import _core
 from ..base.kinds import choice
 from ..base.limits import Limits
 from ..base.units import UNITLESS
-from ..errors import InvalidInput, interruptible
+from ..errors import interruptible
 from ..events import Occultation
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array, Floats
+from .laws import Law
 from .light_curve import light_curve
 from .mutual_event import MutualEvent, MutualEvents
-from .spans import lowest
+from .spans import minimum
 from .states import refuse_near
 from .vectors import SystemGeometry, Vectors, local_geometry
-
-if TYPE_CHECKING:
-    from .laws import Law
 
 #: Kinds of events, and the sign of the light's direction: 1 toward the observer, -1 from the Sun.
 KINDS = {"occultation": 1.0, "eclipse": -1.0}
@@ -51,7 +49,7 @@ def mutual_events(
     """Find all occultations and eclipses among the bodies of a run, in the order of time.
 
     Contacts are located on the continuous solution to the last digits of their time. Extrema within a step are searched
-    too, so that grazing events are found. Each body is at the place where the light left it, and lies within its cone
+    too, so that grazing events are found. Each body is where the light left it, and lies within its cone
     from the observer, or from the Sun, at any distance. Shadows contain the light time from body to body.
 
     Parameters
@@ -97,43 +95,36 @@ def mutual_events(
     >>> sorted({(event.kind, event.body) for event in events})[:2]
     [('eclipse', 'Didymos'), ('eclipse', 'Dimorphos')]
     """
-    if run.dense is None:
-        raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
-    system = run.system
+    system, solution = run.system, run.continuous().core
     local = local_geometry(geometry, system)
-    start, stop = run.dense.core.range
-    first, last = sorted((start, stop))
+    first, last = sorted(solution.range)
+    local.common_span(system, first, last)
     begin, end = local.ends()
     span = [max(first, float(local.emission(begin))), min(last, float(local.emission(end)))]
-    if not span[0] < span[1]:
-        attach = system.context.units.attach
-        raise InvalidInput(
-            f"the run, from {attach(first, 'time')} to {attach(last, 'time')}, and the geometry, from "
-            f"{attach(begin, 'time')} to {attach(end, 'time')} at the observer, have no time in common"
-        )
     radius = UNITLESS.number(sun_radius, "angle", "sun_radius", Limits(least=0.0, below=0.5 * np.pi))
     kinds = [kind for kind in KINDS if kind == "occultation" or geometry.has_sun]
     pairs = [(i, j) for i in range(len(system.context)) for j in range(len(system.context)) if i != j]
     points = {kind: range(_LIMB if radius > 0.0 and kind == "eclipse" else 1) for kind in kinds}
     keys = [(kind, i, j, total, q) for kind in kinds for i, j in pairs for total in (False, True) for q in points[kind]]
-    towards = {}
+    directions = {}
     weights = system.context.masses / system.context.masses.sum()
     for kind in kinds:
         knots, toward = _table(local, kind, span)
-        states = run.dense.core.states(np.clip(np.array(knots), span[0], span[1]))
+        states = solution.states(np.clip(np.array(knots), span[0], span[1]))
         centre = states["position"] - np.einsum("n,tnx->tx", weights, states["position"])[:, None]
         what = "observer" if kind == "occultation" else "Sun"
         refuse_near(system, local, what, np.array(toward), centre, states["attitude"], np.array(knots), 1.0, 1.0)
         for q, limb in enumerate(_limb(np.array(toward), radius if len(points[kind]) > 1 else 0.0)):
             slowness = KINDS[kind] / local.light_speed
-            towards[kind, q] = _core.Toward(knots, limb.tolist(), slowness, local.distant, False)
-    conditions = [_core.Condition.Occultation(i, j, total, towards[kind, q]) for kind, i, j, total, q in keys]
-    crossings = run.dense.core.crossings(system.context.core, conditions, span)
-    intervals = {key: _intervals(*crossing, span, start < stop) for key, crossing in zip(keys, crossings, strict=True)}
+            directions[kind, q] = _core.Toward(knots, limb.tolist(), slowness, local.distant, False)
+    conditions = [_core.Condition.Occultation(i, j, total, directions[kind, q]) for kind, i, j, total, q in keys]
+    forward = solution.range[0] < solution.range[1]
+    crossings = solution.crossings(system.context.core, conditions, span)
+    intervals = {key: _intervals(*crossing, span, forward) for key, crossing in zip(keys, crossings, strict=True)}
     contacts_of_events = []
     for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
-        seen, totals = ([intervals[kind, i, j, total, q] for q in points[kind]] for total in (False, True))
-        contacts_of_events += [(contacts, kind, i, j) for contacts in _contacts(seen, totals, span)]
+        partial, total = ([intervals[kind, i, j, total, q] for q in points[kind]] for total in (False, True))
+        contacts_of_events += [(contacts, kind, i, j) for contacts in _contacts(partial, total, span)]
     contacts_of_events.sort(key=lambda event: event[0][:2])
     times = np.array([contacts for contacts, _, _, _ in contacts_of_events]).reshape(-1, 6)
     hidden = np.array([i for _, _, i, _ in contacts_of_events], dtype=np.intp)
@@ -156,12 +147,12 @@ def mutual_events(
 
         def gain(moments: Floats) -> Floats:
             options: dict[str, Any] = {"law": law, "albedo": albedo, "sun_radius": sun_radius}
-            when = system.context.units.attach(moments, "time")
-            dimmed, undimmed = (light_curve(run, when, geometry, mutual=mutual, **options) for mutual in (True, False))
+            times = system.context.units.attach(moments, "time")
+            dimmed, undimmed = (light_curve(run, times, geometry, mutual=mutual, **options) for mutual in (True, False))
             return undimmed - dimmed
 
         for k, (first, last) in enumerate(zip(*ends, strict=True)):
-            moment, gained = lowest(gain, first, last, _DEPTHS, _SEARCHES)
+            moment, gained = minimum(gain, first, last, _DEPTHS, _SEARCHES)
             events[k] = replace(events[k], depth=-gained, deepest=attached(moment, True))
     return MutualEvents(events, system)
 
@@ -181,7 +172,7 @@ def _limb(toward: Floats, radius: float) -> list[Floats]:
 
 
 def _contacts(
-    seen: list[list[tuple[float, float]]], totals: list[list[tuple[float, float]]], span: list[float]
+    partial: list[list[tuple[float, float]]], total: list[list[tuple[float, float]]], span: list[float]
 ) -> list[list[float]]:
     """Return begin and end of events, of their totality and of the umbra; nan where they do not exist.
 
@@ -189,26 +180,26 @@ def _contacts(
     """
     contacts: list[list[float]] = []
     groups: list[list[tuple[int, float, float]]] = []
-    for begin, end, q in sorted((*interval, q) for q, intervals in enumerate(seen) for interval in intervals):
+    for begin, end, q in sorted((*interval, q) for q, intervals in enumerate(partial) for interval in intervals):
         if groups and begin <= max(group[2] for group in groups[-1]):
             groups[-1].append((q, begin, end))
         else:
             groups.append([(q, begin, end)])
     for group in groups:
-        begins, ends = np.full((2, len(seen)), np.nan)
+        begins, ends = np.full((2, len(partial)), np.nan)
         for q, begin, end in group:
             begins[q], ends[q] = np.fmin(begins[q], begin), np.fmax(ends[q], end)
         first, last = _extreme(begins, -1.0, span), _extreme(ends, 1.0, span)
-        inner = [[ends for ends in intervals if first <= ends[0] and ends[1] <= last] for intervals in totals]
-        total = umbra = (np.nan, np.nan)
+        inner = [[ends for ends in intervals if first <= ends[0] and ends[1] <= last] for intervals in total]
+        totality = umbra = (np.nan, np.nan)
         if all(inner):
-            total = (
+            totality = (
                 _extreme(np.array([intervals[0][0] for intervals in inner]), 1.0, span),
                 _extreme(np.array([intervals[-1][1] for intervals in inner]), -1.0, span),
             )
-        if len(seen) > 1 and not np.isnan(begins).any():
+        if len(partial) > 1 and not np.isnan(begins).any():
             umbra = _extreme(begins, 1.0, span), _extreme(ends, -1.0, span)
-        pairs = (pair if pair[0] < pair[1] else (np.nan, np.nan) for pair in (total, umbra))
+        pairs = (pair if pair[0] < pair[1] else (np.nan, np.nan) for pair in (totality, umbra))
         contacts.append([first, last, *next(pairs), *next(pairs)])
     return contacts
 
@@ -228,23 +219,21 @@ def _arrivals(
     run: Record, local: SystemGeometry, times: Floats, hidden: npt.NDArray[np.intp], eclipsed: npt.NDArray[np.bool_]
 ) -> Floats:
     """Return the times (T,) when the observer sees contacts, from those of the conditions and the hidden bodies."""
-    seen = local.arrival(times)
+    arrivals = local.arrival(times)
     if np.isinf(local.light_speed) or not eclipsed.any():
-        return seen
-    assert run.dense is not None
+        return arrivals
+    solution = run.continuous().core
     # The time of an eclipse's condition is that at which sunlight passes the barycentre; it leaves the body at another.
-    passing = left = times[eclipsed]
-    sun = local.sun(seen[eclipsed])
+    passing = emitted = times[eclipsed]
+    sun = local.sun(arrivals[eclipsed])
     weights = run.context.masses / run.context.masses.sum()
     for _ in range(_ITERATIONS):
-        position = run.dense.core.states(np.clip(left, min(run.dense.core.range), max(run.dense.core.range)))[
-            "position"
-        ]
+        position = solution.states(np.clip(emitted, min(solution.range), max(solution.range)))["position"]
         body = position[np.arange(len(position)), hidden[eclipsed]] - np.einsum("n,tnx->tx", weights, position)
         detour = np.linalg.norm(sun - body, axis=1) - np.linalg.norm(sun, axis=1)
-        left = passing + detour / local.light_speed
-    seen[eclipsed] = local.arrival(left, body)
-    return seen
+        emitted = passing + detour / local.light_speed
+    arrivals[eclipsed] = local.arrival(emitted, body)
+    return arrivals
 
 
 def _intervals(at_start: float, zeros: list[float], span: list[float], forward: bool) -> list[tuple[float, float]]:
@@ -330,9 +319,9 @@ def occultation(
     choice(kind, "kind", KINDS)
     local = local_geometry(geometry, system)
     span = [float(local.emission(end)) for end in local.ends()]
-    times, toward = _table(local, kind, span)
-    when = system.context.units.attach(np.array(times), "time")
+    numbers, toward = _table(local, kind, span)
+    times = system.context.units.attach(np.array(numbers), "time")
     indices = system.context.index(body, "body"), system.context.index(by, "by")
     slowness = KINDS[kind] / local.light_speed
     options: dict[str, Any] = {"direction": direction, "terminal": terminal}
-    return Occultation(*indices, toward, when, total, local.distant, slowness, **options)
+    return Occultation(*indices, toward, times, total, local.distant, slowness, **options)

@@ -1,7 +1,7 @@
 """Files of asteroidal occultations as the program Occult writes them, version 2.15 of their format.
 
 An event has the tags of the format's description: ``Date``, ``Star`` and ``Asteroid`` under ``Details``, and for each
-observer under ``Observations`` an ``ID`` with the place, and ``D`` and ``R`` with the times of disappearance and
+observer under ``Observations`` an ``ID`` with the coordinates, and ``D`` and ``R`` with the times of disappearance and
 reappearance. Items of a tag are separated by vertical bars.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from ..base.atomic import content, replacing
 from ..base.units import need
 from ..errors import InconsistentInput, InvalidInput, caution
-from .report import Report, arguments_of, clock, selected, sexagesimal, to_degrees, to_seconds
+from .report import Report, angle_text, arguments_of, selected, time_text, to_degrees, to_seconds
 
 #: Codes of contacts with the main star, by the main body and by a satellite; of misses; and of those that do not count.
 _MAIN, _SATELLITE, _MISS = ("D", "R"), ("G", "B"), "M"
@@ -76,14 +76,15 @@ def _event(element: ElementTree.Element, what: str) -> OccultEvent:
     if details is None or observed is None:
         raise InvalidInput(f"{what}: the tags Details and Observations are missing; expected both")
     year, month, day = (int(_number(item, f"{what}: Date")) for item in _items(element, "Date", what)[:3])
+    date = f"{year:04d}-{month:02d}-{day:02d}"
     star = _items(details, "Star", what)
     reports: list[Report] = []
     left_out: list[str] = []
     for observer in observed.findall("Observer"):
         identity = _items(observer, "ID", what)
-        where = f"{what}, observer {identity[0]}"
+        observer_text = f"{what}, observer {identity[0]}"
         ends, body = [], "main"
-        rows = [[*_items(observer, tag, where), "", "", "", ""] for tag in ("D", "R")]
+        rows = [[*_items(observer, tag, observer_text), "", "", "", ""] for tag in ("D", "R")]
         plotted = {items[5] for items in rows}
         for side, items in enumerate(rows):
             code = items[1] or _MISS
@@ -92,20 +93,17 @@ def _event(element: ElementTree.Element, what: str) -> OccultEvent:
             elif code not in (_MAIN[side], _MISS):
                 body = "other"
             excluded = any(_LEFT_OUT.get(plot, (False, False))[side] for plot in plotted)
-            time = np.nan if code == _MISS or excluded else to_seconds(items[0], f"{where}: a time")
-            sigma = _number(items[2], where) if items[2] else _accuracy(identity)
+            time = np.nan if code == _MISS or excluded else to_seconds(items[0], f"{observer_text}: a time")
+            sigma = _number(items[2], observer_text) if items[2] else _accuracy(identity)
             ends.append((time, sigma, excluded))
         (begin, begin_error, first), (end, end_error, second) = ends
         if body == "other" or (first and second):
             left_out.append(identity[0])
             continue
-        longitude, latitude = (to_degrees(text, f"{where}: longitude or latitude") for text in identity[6:8])
-        height = _number(identity[8] or "0", f"{where}: height")
-        name = " and ".join(part for part in identity[1:3] if part)
-        errors = (begin_error, end_error)
-        reports.append(
-            Report(name, (year, month, day), (longitude, latitude, height), (begin, end), errors, None, body)
-        )
+        longitude, latitude = (to_degrees(text, f"{observer_text}: longitude or latitude") for text in identity[6:8])
+        height = _number(identity[8] or "0", f"{observer_text}: height")
+        name, errors = " and ".join(part for part in identity[1:3] if part), (begin_error, end_error)
+        reports.append(Report(name, date, (longitude, latitude, height), (begin, end), errors, None, body))
     if left_out:
         caution(
             f"{what}: the observers {', '.join(left_out)} are left out, since they saw another star, a ring or nothing "
@@ -129,8 +127,8 @@ def write_occult(path: Any, ra: float, dec: float, reports: Sequence[Report], as
     ElementTree.SubElement(root, "FileVersion").text = VERSION
     event = ElementTree.SubElement(root, "Event")
     times = [t for report in reports for t in report.times if np.isfinite(t)]
-    date = reports[0].date
-    ElementTree.SubElement(event, "Date").text = "|".join([*map(str, date), f"{np.mean(times) / 3600.0:.1f}"])
+    date = (str(int(part)) for part in reports[0].date.split("-"))
+    ElementTree.SubElement(event, "Date").text = "|".join([*date, f"{np.mean(times) / 3600.0:.1f}"])
     details = ElementTree.SubElement(event, "Details")
     ElementTree.SubElement(details, "Star").text = f"G-coords||-1||{ra / 15.0:.10f}|{dec:+.9f}|||||||||||"
     ElementTree.SubElement(details, "Asteroid").text = f"{asteroid[0]}|{asteroid[1]}|||||||||||"
@@ -138,13 +136,13 @@ def write_occult(path: Any, ra: float, dec: float, reports: Sequence[Report], as
     for number, report in enumerate(reports, 1):
         observer = ElementTree.SubElement(observed, "Observer")
         longitude, latitude, height = report.position
-        coordinates = f"{sexagesimal(longitude, 3)}|{sexagesimal(latitude, 2)}|{height:.1f}"
+        coordinates = f"{angle_text(longitude, 3)}|{angle_text(latitude, 2)}|{height:.1f}"
         ElementTree.SubElement(observer, "ID").text = f"{number}|{report.name}||0|||{coordinates}||||||"
         ElementTree.SubElement(observer, "Conditions").text = "||||"
         for side, tag in enumerate(("D", "R")):
             time, code = report.times[side], (_SATELLITE if report.body == "satellite" else _MAIN)[side]
             code = code if np.isfinite(time) else _MISS
-            text = clock(time if np.isfinite(time) else 0.0, " ")
+            text = time_text(time if np.isfinite(time) else 0.0, " ")
             ElementTree.SubElement(observer, tag).text = f"{text}|{code}|{report.errors[side]:.3f}|||"
     ElementTree.indent(root)
     with replacing(path) as temporary:

@@ -17,12 +17,11 @@ from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
 from .columns import DataColumn
-from .contacts import into_body
 from .light_centres import refuse_directions
 from .light_curve import epochs_of
 from .limbs import PosedLimbs, limbs_of
-from .sky import east_and_north, in_mas, in_unit, offsets, sky_axes
-from .sky_data import SkyPoints
+from .sky import SkyPoints, east_and_north, in_mas, in_unit, offsets, sky_axes
+from .states import into_body
 from .vectors import Vectors
 
 
@@ -97,7 +96,7 @@ def outline(run: Record, time: Any, geometry: Vectors, n: int = 360, *, frame: A
         raise InvalidInput(f"time has shape {np.shape(time)}; expected one time")
     epochs = next(epochs_of(run, time, geometry, "an outline"))
     refuse_directions(epochs, "an outline")
-    toward, sunward = (vector[0] / np.linalg.norm(vector[0], axis=1, keepdims=True) for vector in epochs.ways())
+    to_observer, to_sun = (vector[0] / np.linalg.norm(vector[0], axis=1, keepdims=True) for vector in epochs.vectors())
     angles = 2.0 * np.pi * np.arange(n) / n
     rays = np.stack([np.sin(angles), np.cos(angles)], axis=1)
     centres, rotations = epochs.position[0], matrices(epochs.attitude[0])
@@ -106,14 +105,14 @@ def outline(run: Record, time: Any, geometry: Vectors, n: int = 360, *, frame: A
     points, hidden, lit = np.zeros((*shape, 2)), np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
     line = -epochs.to_observer @ axes.T
     for body, posed in enumerate(bodies):
-        limb = posed.outermost(toward[body], east_and_north(-toward[body], axes[2]), rays)
+        limb = posed.outermost(to_observer[body], east_and_north(-to_observer[body], axes[2]), rays)
         points[body] = offsets(np.tile(line, (n, 1)), limb.points @ axes.T)
-        sights, suns = (vector[0] - limb.points for vector in (epochs.to_observer, epochs.to_sun))
-        sights, suns = (way / np.linalg.norm(way, axis=1, keepdims=True) for way in (sights, suns))
-        lit[body] = limb.normals @ sunward[body] > 0.0
+        rays_to = (vector[0] - limb.points for vector in (epochs.to_observer, epochs.to_sun))
+        observer_rays, sun_rays = (vector / np.linalg.norm(vector, axis=1, keepdims=True) for vector in rays_to)
+        lit[body] = limb.normals @ to_sun[body] > 0.0
         for other in bodies[:body] + bodies[body + 1 :]:
-            hidden[body] |= other.hides(limb.points, sights)
-            lit[body] &= ~other.hides(limb.points, suns)
+            hidden[body] |= other.hides(limb.points, observer_rays)
+            lit[body] &= ~other.hides(limb.points, sun_rays)
     return SkyOutlines(in_mas(points, system), hidden, lit)
 
 
@@ -170,6 +169,7 @@ class Outline(SkyPoints):
     _columns = (DataColumn("east"), DataColumn("north"), DataColumn("sigma"))
     _options = ("body", "frame")
     _names = ("distance from the outline",)
+    _depends_on_figures = True
 
     def __init__(
         self,
@@ -196,9 +196,6 @@ class Outline(SkyPoints):
     def _attach(self, values: Floats, system: SystemLike) -> Any:
         return in_unit(values[:, 0], self.unit)
 
-    def _depends_on_figures(self) -> bool:
-        return True
-
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         axes = sky_axes(system, self.frame, "an outline")
         body = system.context.index(self.body, "body of Outline")
@@ -207,13 +204,13 @@ class Outline(SkyPoints):
         retarded = self._retarded(system, states, masses)
         centre = retarded.centre[..., body, :]
         attitude = retarded.attitude(states["attitude"], states["spin"])[..., body, :]
-        away = retarded.observer - centre
-        distance = np.sqrt(np.sum(away * away, axis=-1, keepdims=True))
-        toward = away / distance
+        to_observer = retarded.observer - centre
+        distance = np.sqrt(np.sum(to_observer * to_observer, axis=-1, keepdims=True))
+        direction = to_observer / distance
         # The sky about the body has its centre as the origin, and lengths instead of angles.
         point = distance * (self._values - offsets(-retarded.observer @ axes.T, centre @ axes.T))
-        across = np.einsum("...a,...ax->...x", point, east_and_north(-toward.real, axes[2]))
-        ray = into_body(attitude, across), into_body(attitude, toward)
+        offset = np.einsum("...a,...ax->...x", point, east_and_north(-direction.real, axes[2]))
+        ray = into_body(attitude, offset), into_body(attitude, direction)
         distances = np.stack([limb.distance(*ray) for limb in limbs])
         nearest = np.argmin(distances.real, axis=0)
         return -np.take_along_axis(distances, nearest[None], axis=0)[0][..., None] / distance

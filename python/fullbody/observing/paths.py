@@ -21,7 +21,7 @@ from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
 #: The arguments of a geometry, and the ends of its span in s since the first row.
 VectorTable = tuple[dict[str, Any], tuple[float, float]]
 #: The longest step in s: a ninth of a month, or a twentieth of a day for an observer who rotates with the Earth.
-_LONGEST, _TURNING = 3.0 * 86400.0, 0.05 * 86400.0
+_LONGEST, _LONGEST_ON_EARTH = 3.0 * 86400.0, 0.05 * 86400.0
 #: The number of iterations of the light time, each of which gains four digits, those of c over the speed.
 _ITERATIONS = 4
 
@@ -44,10 +44,10 @@ def from_system(
         raise InvalidInput(f"{what} needs the system's frame; give fullbody.System(..., frame='ecliptic')")
     index = system.context.third_body(sun, "sun")
     start, length = _span(span)
-    late = float((start - epoch).to_value("s"))
+    since_epoch = float((start - epoch).to_value("s"))
 
     def from_sun(times: Floats) -> Floats:
-        return np.asarray(-km * system.context.core.third_body(index, (times + late) / second)[0])
+        return np.asarray(-km * system.context.core.third_body(index, (times + since_epoch) / second)[0])
 
     return _table(from_sun, start, length, observer, ephemeris, light_time, system.context.frame, np.inf)
 
@@ -85,11 +85,11 @@ def _table(
         fixed, moving, sign = (observer_at, sun_at, -1.0) if light_time else (sun_at, observer_at, 1.0)
         end, delay = fixed(times), np.zeros_like(times)
         for _ in range(_ITERATIONS):
-            way = end - moving(times + sign * delay)
-            delay = np.linalg.norm(way, axis=1) / LIGHT_SPEED
-        return np.asarray(-sign * way)
+            separation = end - moving(times + sign * delay)
+            delay = np.linalg.norm(separation, axis=1) / LIGHT_SPEED
+        return np.asarray(-sign * separation)
 
-    step = min(longest, _TURNING if on_earth else _LONGEST)
+    step = min(longest, _LONGEST_ON_EARTH if on_earth else _LONGEST)
     times, vectors = dense_table(to_observer, 0.0, length, step, f"the span of the observer {observer!r}")
     emitted = times - np.linalg.norm(vectors, axis=1) / LIGHT_SPEED if light_time else times
     table = {"to_observer": vectors * u.km, "to_sun": -from_sun(emitted) * u.km, "frame": frame}
@@ -118,10 +118,10 @@ def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, li
         return -vectors(target, observer, times, "CN") if light_time else vectors(observer, target, times, "XCN")
 
     with loaded(kernels):
-        times, ways = dense_table(to_observer, 0.0, length, _LONGEST, f"the span of the observer {observer}", margin=0)
-        emitted = times - np.linalg.norm(ways, axis=1) / LIGHT_SPEED if light_time else times
+        times, rows = dense_table(to_observer, 0.0, length, _LONGEST, f"the span of the observer {observer}", margin=0)
+        emitted = times - np.linalg.norm(rows, axis=1) / LIGHT_SPEED if light_time else times
         to_sun = vectors("SUN", target, emitted, "NONE")
-    table = {"to_observer": ways * u.km, "to_sun": to_sun * u.km, "frame": "equatorial"}
+    table = {"to_observer": rows * u.km, "to_sun": to_sun * u.km, "frame": "equatorial"}
     return {"times": start + times * u.s, **table}, (0.0, length)
 
 

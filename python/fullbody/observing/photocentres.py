@@ -3,31 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..base.kinds import choice
+from ..base.unit_names import unit_named
 from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
 from .columns import DataColumn, column, labels_of, positive_rows, refuse_rounded
 from .heliocentric import ELEMENTS, displacements
-from .laws import LommelSeeliger
+from .laws import Law, LommelSeeliger
 from .light_centres import centre_of, derivatives, refuse_directions
 from .linear import LinearUnknown
-from .sky import in_unit, offsets, sky_axes
-from .sky_data import SkyObservations
-from .sunlit import SunlitObservations, by_states
+from .sky import SkyObservations, in_unit, offsets, sky_axes
+from .states import IMAGINARY_STEP
+from .sunlit import SunlitObservations, derivatives_by_states
 from .vectors import Vectors, local_geometry
 
-if TYPE_CHECKING:
-    from .laws import Law
-
 _FREE = ("free", None)
-#: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
-_STEP = 1e-100
 
 
 class Photocentre(SunlitObservations, SkyObservations):
@@ -111,7 +107,7 @@ class Photocentre(SunlitObservations, SkyObservations):
         DataColumn("group", required=False, kind="labels", named=True),
     )
     _options = ("frame",)
-    _observed_what = "a photocentre"
+    _quantity = "a photocentre"
 
     def __init__(
         self,
@@ -147,19 +143,19 @@ class Photocentre(SunlitObservations, SkyObservations):
             expected = "(K,), along the scan" if scan_angle is not None else "(K, 2), east and north, or scan_angle="
             raise InvalidInput(f"offset of Photocentre has shape {shape}; expected {expected}")
         super().__init__(rows, geometry)
-        self._sunlit(law, albedo, mutual, sun_radius)
-        values, errors = (rows.of(name, *size).reshape(len(self), -1) for name in ("offset", "sigma"))
+        self._set_light_options(law, albedo, mutual, sun_radius)
+        values, errors = (rows.column(name, *size).reshape(len(self), -1) for name in ("offset", "sigma"))
         refuse_rounded(offset, values.ravel(), errors.ravel(), "offset of Photocentre")
-        self._keep(values, errors, unit, frame)
-        self._scan = None if scan_angle is None else rows.of("scan_angle")
+        self._set_angles(values, errors, unit, frame)
+        self._scan = None if scan_angle is None else rows.column("scan_angle")
         self._scan_unit = scan_angle.unit if is_quantity(scan_angle) else None
-        together = np.zeros(len(self), dtype=int)
+        one_group = np.zeros(len(self), dtype=int)
         #: Names of the transits and of the groups, and the index of each row among them.
         self.transits, self._transit = labels_of(transit, "transit of Photocentre", rows, np.arange(len(self)))
-        self.groups, self._group = labels_of(group, "group of Photocentre", rows, together)
+        self.groups, self._group = labels_of(group, "group of Photocentre", rows, one_group)
         self._common = np.zeros(len(self))
         if sigma_transit is not None:
-            self._common = positive_rows(rows.of("sigma_transit"), "sigma_transit of Photocentre")
+            self._common = positive_rows(rows.column("sigma_transit"), "sigma_transit of Photocentre")
         self.position = choice(position, "position", _FREE)
         self.drift = choice(drift, "drift", _FREE)
         self.orbit = choice(orbit, "orbit", _FREE)
@@ -208,7 +204,7 @@ class Photocentre(SunlitObservations, SkyObservations):
         blocks = np.einsum("bkl,cd->bkcld", shared, np.eye(numbers)).reshape(len(transit), size * numbers, -1)
         return np.asarray(blocks + self._sigma.reshape(len(transit), 1, -1) ** 2 * np.eye(size * numbers))
 
-    def _along(self, sky: Floats) -> Floats:
+    def _components(self, sky: Floats) -> Floats:
         """Return the components (K, C, ...) that are observed of vectors (K, 2, ...) to the east and to the north."""
         if self._scan is None:
             return sky
@@ -222,7 +218,7 @@ class Photocentre(SunlitObservations, SkyObservations):
         moments = self._photometer(system).moments(epochs)
         self._total(moments[..., 0])
         centre = centre_of(epochs, moments).centre
-        return self._along(offsets(-epochs.to_observer @ axes.T, centre @ axes.T))
+        return self._components(offsets(-epochs.to_observer @ axes.T, centre @ axes.T))
 
     def _partials(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
@@ -235,24 +231,19 @@ class Photocentre(SunlitObservations, SkyObservations):
         light, by_position, by_rotation = derivatives(self._photometer(system), epochs, sizes)
         line = -epochs.to_observer @ axes.T
         centre = light.centre @ axes.T
-        by_centre = self._along(np.stack([_derivative(line, centre, axis) for axis in axes.T], axis=-1))
+        by_centre = self._components(np.stack([_derivative(line, centre, axis) for axis in axes.T], axis=-1))
         by_state, by_mass = [], []
         for row in np.moveaxis(by_centre, 1, 0):
             chained = (np.einsum("kx,kxny->kny", row, by) for by in (by_position, by_rotation))
-            parts = by_states(system, states, retarded, *chained)
+            parts = derivatives_by_states(system, states, retarded, *chained)
             by_state.append(parts[0])
             by_mass.append(parts[1])
-        masses = {f"mass of {body}": np.stack(by_mass, 1)[:, :, k] for k, body in enumerate(system.context.names)}
-        direct = {name: masses[name] if name in masses else self._partial(system, states, name) for name in parameters}
-        return np.stack(by_state, axis=1), direct
+        known = {f"mass of {body}": np.stack(by_mass, 1)[:, :, k] for k, body in enumerate(system.context.names)}
+        return np.stack(by_state, axis=1), self._direct_partials(system, states, parameters, known)
 
     def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
         units = system.context.units
-        angle = None
-        if units.defined:
-            from astropy import units as u
-
-            angle = u.rad
+        angle = unit_named("rad") if units.defined else None
         per_time = angle / units.unit("time") if angle is not None else None
         unknowns = []
         for free, what, unit in ((self.position, "position", angle), (self.drift, "drift", per_time)):
@@ -267,23 +258,23 @@ class Photocentre(SunlitObservations, SkyObservations):
     def _design(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
         group = np.eye(len(self.groups))[self._group]
         # The columns of a group are those of the east and of the north, next to each other.
-        both = np.einsum("kg,cd->kcgd", group, np.eye(2)).reshape(len(self), 2, -1)
+        offsets_of_groups = np.einsum("kg,cd->kcgd", group, np.eye(2)).reshape(len(self), 2, -1)
         columns = [np.zeros((len(self), 2, 0))]
         if self.position:
-            columns.append(both)
+            columns.append(offsets_of_groups)
         times = self._clock(system)
         if self.drift:
             middle = np.bincount(self._group, times) / np.bincount(self._group)
-            columns.append(both * (times - middle[self._group])[:, None, None])
+            columns.append(offsets_of_groups * (times - middle[self._group])[:, None, None])
         if self.orbit:
             local = local_geometry(self.geometry, system)
             axes = sky_axes(system, self.frame, "corrections of the elements")
             line = -local.observer(times) @ axes.T
-            moved = displacements(system, local, times)
-            columns.append(np.stack([_derivative(line, 0.0, change @ axes.T) for change in moved], axis=-1))
-        return self._along(np.concatenate(columns, axis=2))
+            changes = displacements(system, local, times)
+            columns.append(np.stack([_derivative(line, 0.0, change @ axes.T) for change in changes], axis=-1))
+        return self._components(np.concatenate(columns, axis=2))
 
-    def _described(self) -> list[tuple[str, str]]:
+    def _summary(self) -> list[tuple[str, str]]:
         free = (("position", self.position), ("drift", self.drift), ("orbit", self.orbit))
         direction = "east and north" if self._scan is None else "along the scan"
         options = [(what, str(value)) for what, value in free if value is not None]
@@ -292,7 +283,7 @@ class Photocentre(SunlitObservations, SkyObservations):
 
 def _derivative(line: Floats, centre: Any, change: Floats) -> Floats:
     """Return the derivatives (K, 2) of offsets in the sky by changes (K, 3) or (3,) of a centre (K, 3)."""
-    return np.asarray(offsets(line, centre + 1j * _STEP * change).imag / _STEP)
+    return np.asarray(offsets(line, centre + 1j * IMAGINARY_STEP * change).imag / IMAGINARY_STEP)
 
 
 def _scan_angles(scan_angle: Any) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,18 +14,16 @@ from ..base.units import UNITLESS, is_quantity
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
+from .brightness import phase_angle
 from .columns import DataColumn, column, labels_of, positive_rows
-from .exposure import exposure_rule
-from .laws import LommelSeeliger
+from .laws import Law, LommelSeeliger
 from .light_curve import magnitudes
 from .linear import LinearUnknown
 from .predictions import DesignArgument
 from .series import RotationSeries, rotation_angle
-from .sunlit import SunlitObservations, by_states
+from .sunlit import SunlitObservations, derivatives_by_states
+from .times import exposure_rule
 from .vectors import Vectors, local_geometry
-
-if TYPE_CHECKING:
-    from .laws import Law
 
 #: The length of a gap, in hours, that separates two nights.
 _GAP = 8.0
@@ -137,15 +135,15 @@ class Photometry(SunlitObservations):
         columns = {"magnitude": magnitude, "sigma": sigma}
         rows, _ = self._read(times, columns, "mag", ("magnitude",), numbers, mixed=True)
         super().__init__(rows, geometry)
-        self._sunlit(law, albedo, mutual, sun_radius)
-        self.magnitude = rows.of("magnitude")
-        self._sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
+        self._set_light_options(law, albedo, mutual, sun_radius)
+        self.magnitude = rows.column("magnitude")
+        self._sigma = positive_rows(rows.column("sigma"), "sigma of Photometry")
         self.reduced, self.exposure = reduced, exposure
         flag(reduced, "reduced")
         if not (isinstance(zero, str) and zero == "free"):
             UNITLESS.number(zero, "number", "zero", Limits(text="'free' or a finite number"))
         self.zero = zero
-        self.airmass = None if airmass is None else rows.of("airmass")
+        self.airmass = None if airmass is None else rows.column("airmass")
         self.drift = choice(drift, "drift", ("free", None))
         self.phase_slope = choice(phase_slope, "phase_slope", ("free", None))
         if rotation is not None:
@@ -217,7 +215,7 @@ class Photometry(SunlitObservations):
             middle = np.bincount(self._night, times) / np.bincount(self._night)
             columns.append(night * (times - middle[self._night])[:, None])
         if self.phase_slope is not None:
-            columns.append(self._phase_angle(system)[:, None])
+            columns.append(phase_angle(*self._directions(system))[:, None])
         if self.rotation is not None:
             columns.append(self.rotation.terms(self._rotation_angle(system, states)[0])[0])
         return np.concatenate(columns, axis=1)[:, None] if columns else np.zeros((len(self), 1, 0))
@@ -226,12 +224,8 @@ class Photometry(SunlitObservations):
         """Return unit vectors (K, 3) from the barycentre to the observer and to the Sun."""
         local, times = local_geometry(self.geometry, system), self._clock(system)
         vectors = local.observer(times), local.sun(times)
-        toward, sunward = (vector / np.linalg.norm(vector, axis=1, keepdims=True) for vector in vectors)
-        return toward, sunward
-
-    def _phase_angle(self, system: SystemLike) -> Floats:
-        toward, sunward = self._directions(system)
-        return np.asarray(2.0 * np.arctan2(*(np.linalg.norm(toward + s * sunward, axis=1) for s in (-1.0, 1.0))))
+        to_observer, to_sun = (vector / np.linalg.norm(vector, axis=1, keepdims=True) for vector in vectors)
+        return to_observer, to_sun
 
     def _rotation_angle(self, system: SystemLike, states: dict[str, Floats]) -> tuple[Floats, Floats]:
         """Return the rotation angle (K,) of the series' body, and its derivatives (K, 3) by the body's rotation."""
@@ -239,9 +233,9 @@ class Photometry(SunlitObservations):
         body = system.context.index(self.rotation.body, "body of RotationSeries")
         retarded = self._retarded(system, states)
         attitude = retarded.attitude(states["attitude"], states["spin"])
-        middle = np.sum(self._directions(system), axis=0)
-        middle /= np.linalg.norm(middle, axis=1, keepdims=True)
-        return rotation_angle(system.context.names[body], attitude[:, body], states["spin"][:, body], middle)
+        bisector = np.sum(self._directions(system), axis=0)
+        bisector /= np.linalg.norm(bisector, axis=1, keepdims=True)
+        return rotation_angle(system.context.names[body], attitude[:, body], states["spin"][:, body], bisector)
 
     def _design_arguments(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str]
@@ -251,7 +245,9 @@ class Photometry(SunlitObservations):
         angle, by_rotation = self._rotation_angle(system, states)
         rotation = np.zeros_like(states["spin"])
         rotation[:, system.context.index(self.rotation.body, "body of RotationSeries")] = by_rotation
-        by_state, by_mass = by_states(system, states, self._retarded(system, states), 0.0 * rotation, rotation)
+        by_state, by_mass = derivatives_by_states(
+            system, states, self._retarded(system, states), 0.0 * rotation, rotation
+        )
         slope = np.zeros((len(self), 1, len(self._linear_unknowns(system))))
         slope[:, 0, -2 * self.rotation.order :] = self.rotation.terms(angle)[1]
         masses = {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
@@ -266,8 +262,8 @@ class Photometry(SunlitObservations):
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         photometer, light = self._photometer(system), np.zeros((len(self), len(system.context)))
-        for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
-            epochs = self._epochs(system, states, self._retarded(system, states, masses, since))
+        for time, weight in exposure_rule(self.exposure, system):
+            epochs = self._epochs(system, states, self._retarded(system, states, masses, time))
             light += weight * photometer.brightness(epochs)
         zero = 0.0 if self.zero == "free" else float(self.zero)
         local, times = local_geometry(self.geometry, system), self._clock(system)
@@ -280,17 +276,18 @@ class Photometry(SunlitObservations):
 
         The photometer gives the derivatives with respect to poses, semi-axes and surfaces.
         """
-        all_deformations = system.context.deformations
-        deformations = {name: all_deformations[name] for name in parameters if name in all_deformations}
+        deformations = {
+            name: system.context.deformations[name] for name in parameters if name in system.context.deformations
+        }
         photometer, count = self._photometer(system), len(system.context)
         light, by_axes = np.zeros((len(self), count)), np.zeros((len(self), count, 3))
         by_state, by_mass = np.zeros((len(self), 12 * count)), np.zeros((len(self), count))
         by_surfaces = np.zeros((len(self), len(deformations)))
-        for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
-            retarded = self._retarded(system, states, None, since)
+        for time, weight in exposure_rule(self.exposure, system):
+            retarded = self._retarded(system, states, None, time)
             result = photometer.derivatives(self._epochs(system, states, retarded), bool(deformations))
             position, rotation = (weight * part.sum(axis=1) for part in (result.position, result.rotation))
-            of_state, of_mass = by_states(system, states, retarded, position, rotation)
+            of_state, of_mass = derivatives_by_states(system, states, retarded, position, rotation)
             light += weight * result.brightness
             by_state += of_state
             by_mass += of_mass
@@ -299,17 +296,16 @@ class Photometry(SunlitObservations):
                 by_surfaces += weight * result.along(list(deformations.values()))
         factor = -2.5 / np.log(10.0) / self._total(light)
         by_state, by_mass = factor[:, None] * by_state, factor[:, None] * by_mass
-        axes: dict[str, Floats] = {
+        known: dict[str, Floats] = {
             f"semi-axis {axis} of {body}": factor[:, None] * by_axes[:, index, [k]]
             for index, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")
         }
-        axes |= {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
-        axes |= {name: factor[:, None] * by_surfaces[:, [d]] for d, name in enumerate(deformations)}
-        direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
-        return by_state[:, None], direct
+        known |= {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
+        known |= {name: factor[:, None] * by_surfaces[:, [d]] for d, name in enumerate(deformations)}
+        return by_state[:, None], self._direct_partials(system, states, parameters, known)
 
-    def _described(self) -> list[tuple[str, str]]:
+    def _summary(self) -> list[tuple[str, str]]:
         free = [("drift", self.drift), ("phase slope", self.phase_slope), ("rotation", self.rotation)]
         free += [("airmass slope", None if self.airmass is None else "free")]
         options = [(what, str(value)) for what, value in free if value is not None]

@@ -17,14 +17,12 @@ from ..record.derivatives import FunctionDerivatives
 from ..record.record import Record
 from ..typing import Floats
 from .linear import Held, LinearModel, LinearUnknown
-from .states import RetardedStates, retarded
-from .times import in_system
+from .states import IMAGINARY_STEP, RetardedStates, retarded
+from .times import to_system_times
 from .vectors import Vectors, local_geometry
 
-#: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
-_STEP = 1e-100
 #: The step of a difference, relative to the natural size of a parameter.
-_SHARE = 1e-5
+_RELATIVE_STEP = 1e-5
 
 
 class Errors(NamedTuple):
@@ -38,42 +36,27 @@ class Errors(NamedTuple):
 
 
 class DesignArgument(NamedTuple):
-    """A quantity of K rows of C numbers, such as a rotation angle, through which the design depends on the motion.
+    """A quantity of K rows of C numbers, such as a rotation angle, through which the design depends on the motion."""
 
-    Attributes
-    ----------
-    slope : ndarray, (K, C, L)
-        The derivatives of the design with respect to the quantity.
-    by_state : ndarray, (K, C, 12 N)
-        The derivatives of the quantity with respect to the states.
-    direct : dict of ndarray, (K, C)
-        The derivatives of the quantity with respect to parameters of the system at constant states, by name.
-    """
-
+    #: The derivatives (K, C, L) of the design with respect to the quantity.
     slope: Floats
+    #: The derivatives (K, C, 12 N) of the quantity with respect to the states.
     by_state: Floats
+    #: The derivatives (K, C) of the quantity with respect to parameters of the system at constant states, by name.
     direct: dict[str, Floats]
 
 
 class Predictions:
-    """Base class of observations of K rows of C numbers, which predicts them from a run and compares the two.
+    """Base class of observations of K rows of C numbers, which predicts them from a run and compares the two."""
 
-    Attributes
-    ----------
-    times : astropy Time, Quantity or ndarray, (K,)
-        Times at the observer.
-    geometry : Geometry
-        The positions of the observer and of the Sun.
-    """
+    #: Whether predictions depend on the shapes and attitudes of bodies.
+    _depends_on_figures = False
 
     def __init__(self, times: Any, geometry: Vectors) -> None:
         self.times, self.geometry = times, geometry
         self._clocks: dict[Any, Floats] = {}
         #: These observations before a jitter was added.
         self._original: Predictions | None = None
-
-    def _what(self) -> str:
-        return type(self).__name__
 
     def emission(self, system: SystemLike) -> Any:
         """Return the times on a system's clock at which the observed light left its barycentre; runs need states there.
@@ -96,20 +79,19 @@ class Predictions:
         """Return the times of the observations on a system's clock, converted once for each epoch and unit."""
         key = system.context.epoch, system.context.units.names
         if key not in self._clocks:
-            self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
+            self._clocks[key] = to_system_times(self.times, system, f"times of {type(self).__name__}")
         return self._clocks[key]
 
     def _retarded(
-        self, system: SystemLike, states: dict[str, Floats], masses: Any = None, since: float = 0.0
+        self, system: SystemLike, states: dict[str, Floats], masses: Any = None, delay: float = 0.0
     ) -> RetardedStates:
         """Return the states of the bodies when the observed light left them; other masses move the barycentre.
 
-        Light that is observed a time ``since`` later left bodies that have gone on straight and rotated uniformly.
+        Light that arrives a time ``delay`` later left bodies that have moved and rotated uniformly.
         """
         masses = system.context.masses if masses is None else masses
-        clock = self._clock(system)
-        earlier = None if since == 0.0 else np.full(len(clock), -since)
-        return RetardedStates(local_geometry(self.geometry, system), clock + since, masses, states, earlier)
+        times = self._clock(system) + delay
+        return RetardedStates(local_geometry(self.geometry, system), times, masses, states, -delay)
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
@@ -130,10 +112,6 @@ class Predictions:
         """Return predictions or residuals with the units of the observations."""
         raise NotImplementedError
 
-    def _depends_on_figures(self) -> bool:
-        """Return whether predictions depend on the shapes and attitudes of bodies."""
-        return False
-
     def _partials(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
     ) -> tuple[Floats, dict[str, Floats]]:
@@ -151,14 +129,21 @@ class Predictions:
             shifted: dict[str, Any] = states | {name: np.tile(states[name] + 0j, (6, 1, 1, 1)) for name in kinds}
             for kind, name in enumerate(kinds):
                 for axis in range(3):
-                    shifted[name][3 * kind + axis, :, body, axis] += 1j * _STEP
-            by = self._model(system, shifted).imag / _STEP
+                    shifted[name][3 * kind + axis, :, body, axis] += 1j * IMAGINARY_STEP
+            by = self._model(system, shifted).imag / IMAGINARY_STEP
             by_state[..., 12 * body : 12 * body + 6] = np.moveaxis(by, 0, -1)
-            for axis in range(3 if self._depends_on_figures() else 0):
-                attitude = states["attitude"].astype(np.complex128)
-                attitude[:, body] += 1j * _STEP * rotations.rates(states["attitude"][:, body], np.eye(3)[axis])
-                rotated: dict[str, Any] = {**states, "attitude": attitude}
-                by_state[..., 12 * body + 6 + axis] = self._model(system, rotated).imag / _STEP
+            for axis in range(3 if self._depends_on_figures else 0):
+                direction = np.eye(3)[axis]
+                changes: dict[str, Any] = {
+                    "attitude": rotations.rates(states["attitude"][:, body], direction),
+                    "spin": direction,
+                }
+                for kind, (name, change) in enumerate(changes.items(), len(kinds)):
+                    changed = states[name].astype(np.complex128)
+                    changed[:, body] += 1j * IMAGINARY_STEP * change
+                    changed_states: dict[str, Any] = {**states, name: changed}
+                    by = self._model(system, changed_states).imag / IMAGINARY_STEP
+                    by_state[..., 12 * body + 3 * kind + axis] = by
         return by_state, {name: self._partial(system, states, name) for name in parameters}
 
     def _partial(self, system: SystemLike, states: dict[str, Floats], parameter: str) -> Floats:
@@ -169,18 +154,18 @@ class Predictions:
         kind, _, body = parameter.partition(" of ")
         if kind == "mass" and body in system.context.names:
             masses = system.context.masses.astype(np.complex128)
-            masses[system.context.names.index(body)] += 1j * _STEP
-            return np.asarray(self._model(system, states, masses).imag / _STEP)
-        of_figure = kind.startswith("semi-axis") or parameter in system.context.deformations
-        if of_figure and not self._depends_on_figures():
+            masses[system.context.names.index(body)] += 1j * IMAGINARY_STEP
+            return np.asarray(self._model(system, states, masses).imag / IMAGINARY_STEP)
+        changes_figure = kind.startswith("semi-axis") or parameter in system.context.deformations
+        if changes_figure and not self._depends_on_figures:
             return np.zeros(self._observed(system).shape)
-        step = _SHARE * system.context.natural_size(parameter)
+        step = _RELATIVE_STEP * system.context.natural_size(parameter)
         prediction = self._model(system, states)
 
         def change(by: float) -> Floats:
             changed = system.changed(parameter, by)
-            alike = changed.context.core.bodies == system.context.core.bodies
-            return np.asarray(0.0 * prediction if alike else self._of_changed(system, changed, states) - prediction)
+            is_same = changed.context.core.bodies == system.context.core.bodies
+            return np.asarray(0.0 * prediction if is_same else self._of_changed(system, changed, states) - prediction)
 
         return difference(change, step)
 
@@ -191,7 +176,7 @@ class Predictions:
     def _states(self, run: Record) -> dict[str, Any]:
         """Return the states of a run from which predictions follow."""
         local = local_geometry(self.geometry, run.system)
-        return retarded(run, local, self._clock(run.system), f"time of {self._what()}")[0]
+        return retarded(run, local, self._clock(run.system), f"time of {type(self).__name__}")[0]
 
     def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
         """Return the L unknowns on which the predictions depend linearly; none unless a class has some."""
@@ -354,7 +339,7 @@ class Predictions:
     def linear_derivatives(self, run: Record, held: Held) -> FunctionDerivatives:
         """Compute the derivatives of what :meth:`LinearModel.contracted` returns, as :meth:`derivatives` does."""
         system = run.system
-        index = run.indices(self._emission(system), f"time of {self._what()}")
+        index = run.indices(self._emission(system), f"time of {type(self).__name__}")
         states = {name: run.arrays[name][index] for name in ("position", "velocity", "attitude", "spin")}
         names = list(run.sensitivity)
         tangents = [run.transition[index], *(values[index][..., None] for values in run.sensitivity.values())]

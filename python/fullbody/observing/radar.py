@@ -29,8 +29,8 @@ class RadarAstrometry(Observations):
     """Ranges and range rates of a body's centre of mass, from the observer or relative to another body.
 
     The range is the distance from the body, at the time when it reflects the signal, to the observer, at the time when
-    the echo arrives. The range rate is its derivative with respect to the time of arrival. The way to the body counts
-    as long as the way back.
+    the echo arrives. The range rate is its derivative with respect to the time of arrival. The path to the body is
+    taken to be as long as the path back.
 
     Parameters
     ----------
@@ -70,6 +70,7 @@ class RadarAstrometry(Observations):
     """
 
     _columns = tuple(DataColumn(name, errors=f"sigma_{name}", required=False) for name in _KINDS)
+    _options = ("body", "about")
 
     def __init__(
         self,
@@ -85,81 +86,75 @@ class RadarAstrometry(Observations):
         columns = {name: value for name, value in (("range", range), ("range_rate", range_rate)) if value is not None}
         if not columns:
             raise InvalidInput("range and range_rate are not given; expected one of them or both")
-        errors = sigma if len(columns) == 2 else (sigma,)
-        if not isinstance(errors, tuple | list) or len(errors) != len(columns):
-            raise InvalidInput("sigma is not a pair; expected one for the ranges and one for the range rates")
+        errors = _one_or_pair(sigma, "sigma", len(columns))
         self._units: dict[str, Any] = {}
         numbers: dict[str, Floats] = {}
         for (name, value), error in zip(columns.items(), errors, strict=True):
             values, unit = column(value, f"{name} of RadarAstrometry", _KINDS[name][1])
-            spread, unit_of_error = column(error, f"sigma of {name} of RadarAstrometry", _KINDS[name][1])
+            sigmas, unit_of_error = column(error, f"sigma of {name} of RadarAstrometry", _KINDS[name][1])
             if (unit is None) != (unit_of_error is None):
                 raise InvalidInput(f"only one of {name} and its sigma has a unit; expected both or neither")
-            refuse_rounded(value, values, spread, f"{name} of RadarAstrometry")
+            refuse_rounded(value, values, sigmas, f"{name} of RadarAstrometry")
             self._units[name] = unit
-            numbers |= {name: values, f"sigma_{name}": spread}
+            numbers |= {name: values, f"sigma_{name}": sigmas}
         rows = Rows(times, numbers, tuple(columns), "RadarAstrometry")
         super().__init__(rows, geometry)
         self.body, self.about = body, about
-        self._values = {name: rows.of(name) for name in columns}
-        spreads = {name: rows.of(f"sigma_{name}") for name in columns}
-        self._sigma = {name: positive_rows(s, f"sigma of {name} of RadarAstrometry") for name, s in spreads.items()}
+        self._values = {name: rows.column(name) for name in columns}
+        self._sigma = {
+            name: positive_rows(rows.column(f"sigma_{name}"), f"sigma of {name} of RadarAstrometry") for name in columns
+        }
 
     @classmethod
     def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
         sigma = [read.pop(f"sigma_{name}") for name in _KINDS if name in read]
         return dict(sigma=sigma if len(sigma) == 2 else sigma[0], **read)
 
-    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        columns: dict[str, Any] = {}
-        for name in self._values:
-            columns[name] = self._united(name, self._values[name])
-            columns[f"sigma_{name}"] = self._united(name, self._sigma[name])
-        return columns, {"body": self.body, "about": self.about}
+    def _column(self, name: str) -> Any:
+        kind = name.removeprefix("sigma_")
+        return self._with_unit(kind, (self._values if kind == name else self._sigma).get(kind))
 
     @property
     def range(self) -> Any:
         """The ranges (K,); ``None`` if they were not observed."""
-        return self._united("range", self._values.get("range"))
+        return self._column("range")
 
     @property
     def range_rate(self) -> Any:
         """The range rates (K,); ``None`` if they were not observed."""
-        return self._united("range_rate", self._values.get("range_rate"))
+        return self._column("range_rate")
 
-    def _united(self, name: str, values: Any) -> Any:
+    def _with_unit(self, name: str, values: Any) -> Any:
         unit = self._units.get(name)
         return values if unit is None else (values * unit_named(_KINDS[name][1])).to(unit)
 
-    def _in_system(self, columns: dict[str, Floats], system: SystemLike) -> Floats:
+    def _in_units_of(self, columns: dict[str, Floats], system: SystemLike) -> Floats:
         """Return columns of ranges and range rates (K, C) in a system's units."""
-        given = ((name, self._united(name, values), _KINDS[name][0]) for name, values in columns.items())
+        quantities = ((name, self._with_unit(name, values), _KINDS[name][0]) for name, values in columns.items())
         strip = system.context.units.strip
-        return np.stack([strip(v, dimension, f"{name} of RadarAstrometry") for name, v, dimension in given], axis=1)
+        return np.stack(
+            [strip(q, dimension, f"{name} of RadarAstrometry") for name, q, dimension in quantities], axis=1
+        )
 
-    def _widen(self, jitter: Any) -> None:
-        both = jitter if len(self._values) == 2 else (jitter,)
-        if not isinstance(both, tuple | list) or len(both) != len(self._values):
-            raise InvalidInput("jitter is not a pair; expected one for the ranges and one for the range rates")
-        for name, value in zip(self._values, both, strict=True):
+    def _add_jitter(self, jitter: Any) -> None:
+        sigma = {}
+        for name, value in zip(self._values, _one_or_pair(jitter, "jitter", len(self._values)), strict=True):
             if is_quantity(value) != (self._units[name] is not None):
                 raise InvalidInput(f"only one of {name} and its jitter has a unit; expected both or neither")
-        self._sigma = {
-            name: np.hypot(self._sigma[name], jitter_of(item, _KINDS[name][1] if is_quantity(item) else None))
-            for name, item in zip(self._values, both, strict=True)
-        }
+            width = jitter_of(value, _KINDS[name][1] if is_quantity(value) else None)
+            sigma[name] = np.hypot(self._sigma[name], width)
+        self._sigma = sigma
 
     def _observed(self, system: SystemLike) -> Floats:
-        return self._in_system(self._values, system)
+        return self._in_units_of(self._values, system)
 
-    def _covariance(self, system: SystemLike) -> Floats:
-        sigma = self._in_system(self._sigma, system)
-        return np.asarray(sigma[:, :, None] ** 2 * np.eye(sigma.shape[1]))
+    def _standard_errors(self, system: SystemLike) -> Floats:
+        return self._in_units_of(self._sigma, system)
 
     def _attach(self, values: Floats, system: SystemLike) -> Any:
         result: dict[str, Any] = dict.fromkeys(_KINDS)
-        for index, name in enumerate(self._values):
-            part, unit = system.context.units.attach(values[:, index], _KINDS[name][0]), self._units[name]
+        for name, numbers in zip(self._values, values.T, strict=True):
+            part, unit = system.context.units.attach(numbers, _KINDS[name][0]), self._units[name]
             result[name] = part if unit is None or not is_quantity(part) else part.to(unit)
         return RangeAndRate(**result)
 
@@ -177,17 +172,26 @@ class RadarAstrometry(Observations):
         else:
             body, about = system.context.pair(self.body, self.about, " of RadarAstrometry")
         retarded = self._retarded(system, states, masses)
-        way = retarded.observer[:, None] - retarded.centre
-        distance = np.sqrt(np.einsum("...x,...x->...", way, way))
+        to_observer = retarded.observer[:, None] - retarded.centre
+        distance = np.sqrt(np.einsum("...x,...x->...", to_observer, to_observer))
         result = {"range": distance}
         if "range_rate" in self._values:
-            moving = retarded.observer_velocity[:, None] - retarded.velocity
+            velocity = retarded.observer_velocity[:, None] - retarded.velocity
+            direction = to_observer / distance[..., None]
             # The speed of light may be infinite, and complex numbers cannot be divided by infinity.
-            towards = np.einsum("...x,...x->...", way, retarded.velocity) / distance * (1.0 / retarded.light_speed)
-            result["range_rate"] = np.einsum("...x,...x->...", way, moving) / distance / (1.0 - towards)
+            beta = np.einsum("...x,...x->...", direction, retarded.velocity) * (1.0 / retarded.light_speed)
+            result["range_rate"] = np.einsum("...x,...x->...", direction, velocity) / (1.0 - beta)
         columns = [result[name] for name in self._values]
         relative = [c[..., body] if about is None else c[..., body] - c[..., about] for c in columns]
         return np.stack(relative, axis=-1)
 
-    def _described(self) -> list[tuple[str, str]]:
-        return [("observed", ", ".join(self._values)), ("body", str(self.body)), ("about", str(self.about))]
+    def _summary(self) -> list[tuple[str, str]]:
+        return [("observed", ", ".join(self._values)), *super()._summary()]
+
+
+def _one_or_pair(values: Any, what: str, count: int) -> Any:
+    """Return values for the ranges, for the range rates, or for both, which are a pair."""
+    pair = values if count == 2 else (values,)
+    if not isinstance(pair, tuple | list) or len(pair) != count:
+        raise InvalidInput(f"{what} is not a pair; expected one for the ranges and one for the range rates")
+    return pair

@@ -28,26 +28,15 @@ from .vectors import Vectors
 
 #: The step of derivatives by differences, relative to the radius of a body, the width of its echo, or one radian. The
 #: echo is precise to 1e-12, and changes over some hundredths of these, the widths of bins.
-_SHARE = 2e-5
-#: The limits of the number of looks.
-_LOOKS = Limits(above=0.0)
+_STEP = 2e-5
 
 
 class RadarEchoes(Observations):
-    """Base class of radar spectra and delay-Doppler images: K rows of bins, with one error for each bin.
-
-    Attributes
-    ----------
-    power : ndarray or Quantity, (K, F - 1) or (K, D - 1, F - 1)
-    sigma : ndarray or Quantity, of the same shape
-        Standard errors, with the noise of the echo itself if the number of looks is known.
-    frequencies : array_like or Quantity
-        The edges of the bins of frequency as they were given; ``delays`` are those of delay.
-    polarization : str or None
-    """
+    """Base class of radar spectra and delay-Doppler images: K rows of bins, with one error for each bin."""
 
     _columns = (DataColumn("power"), DataColumn("sigma"))
-    _error_names = ("_sigma",)
+    _options = ("polarization", "gain", "looks")
+    _depends_on_figures = True
     #: Coefficients of a polynomial in time that is added to the delays.
     delay_correction: tuple[Any, ...] = ()
 
@@ -65,43 +54,34 @@ class RadarEchoes(Observations):
         polarization: str | None,
     ) -> None:
         owner = type(self).__name__
-        given = as_quantity(power, f"power of {owner}")
-        self._unit: Any = given.unit if is_quantity(given) else None
-        area = self._unit is not None and self._unit.is_equivalent(unit_named("km2"))
-        values, spread = (
-            self._numbers(value, f"{name} of {owner}") for name, value in (("power", power), ("sigma", sigma))
-        )
+        values, self._unit = column(power, f"power of {owner}")
+        sigmas, unit_of_sigma = column(sigma, f"sigma of {owner}", self._unit)
+        if (unit_of_sigma is None) != (self._unit is None):
+            raise InvalidInput("only one of power and sigma has a unit; expected both or neither")
         self._edges = edges
-        bins = tuple(np.size(getattr(one, "value", one)) - 1 for one in edges.values())
-        if values.shape[1:] != bins:
-            wanted = "(K, " + ", ".join(map(str, bins)) + ")"
-            raise InvalidInput(f"power of {owner} has shape {values.shape}; expected {wanted}, a number for each bin")
-        if spread.ndim not in (0, 1, values.ndim):
-            raise InvalidInput(f"sigma of {owner} has shape {spread.shape}; expected (), (K,) or {values.shape}")
+        self._bins = tuple(np.size(getattr(values, "value", values)) - 1 for values in edges.values())
+        if values.shape[1:] != self._bins:
+            expected = "(K, " + ", ".join(map(str, self._bins)) + ")"
+            raise InvalidInput(f"power of {owner} has shape {values.shape}; expected {expected}, a number for each bin")
+        if sigmas.ndim not in (0, 1, values.ndim):
+            raise InvalidInput(f"sigma of {owner} has shape {sigmas.shape}; expected (), (K,) or {values.shape}")
         flat = {"power": values.reshape(len(values), -1)}
-        flat["sigma"] = spread.reshape(len(spread), -1) if spread.ndim > 1 else spread
+        flat["sigma"] = sigmas.reshape(len(sigmas), -1) if sigmas.ndim > 1 else sigmas
         rows = Rows(times, flat, (), owner)
         super().__init__(rows, geometry)
         size = flat["power"].shape[1]
-        self._power, sigmas = rows.of("power", size), positive_rows(rows.of("sigma", size), f"sigma of {owner}")
+        self._power, sigmas = rows.column("power", size), positive_rows(rows.column("sigma", size), f"sigma of {owner}")
         refuse_rounded(power, self._power.ravel(), sigmas.ravel(), f"power of {owner}")
         if looks is not None:
-            number = UNITLESS.number(looks, "number", f"looks of {owner}", _LOOKS)
+            number = UNITLESS.number(looks, "number", f"looks of {owner}", Limits(above=0.0))
             sigmas = sigmas + np.clip(self._power, 0.0, None) / np.sqrt(number)
         if polarization is not None:
             instance(polarization, f"polarization of {owner}", str, "a label such as 'OC' or 'SC', or None")
         if not (isinstance(gain, str) and gain == "free"):
             UNITLESS.number(gain, "number", f"gain of {owner}", Limits(text="'free' or a finite number"))
-        self._sigma, self._bins, self._is_area = sigmas, bins, area
+        self._sigma = sigmas
         self.options, self.exposure, self.frequency_offset = options, options.exposure, frequency_offset
         self.gain, self.looks, self.polarization = gain, looks, polarization
-
-    def _numbers(self, value: Any, what: str) -> Floats:
-        """Return numbers in the unit of the powers, with NaN for missing values."""
-        found, unit = column(value, what, self._unit)
-        if (unit is None) != (self._unit is None):
-            raise InvalidInput("only one of power and sigma has a unit; expected both or neither")
-        return found
 
     @property
     def frequencies(self) -> Any:
@@ -115,39 +95,36 @@ class RadarEchoes(Observations):
 
     @property
     def sigma(self) -> Any:
-        """The standard errors, of the same shape as the powers."""
+        """The standard errors, of the same shape, with the noise of the echo itself if the number of looks is known."""
         return self._shaped(self._sigma)
 
     def _shaped(self, values: Floats) -> Any:
         shaped = values.reshape(len(values), *self._bins)
         return shaped if self._unit is None else shaped * self._unit
 
-    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        meta = {"polarization": self.polarization, "gain": self.gain, "looks": self.looks}
-        return {"power": self.power, "sigma": self.sigma}, meta
-
-    def _widen(self, jitter: Any) -> None:
+    def _add_jitter(self, jitter: Any) -> None:
         self._sigma = np.hypot(self._sigma, jitter_of(jitter, self._unit))
 
     def _scale(self, system: SystemLike) -> float:
         """Return the number of the data's units in the unit of the predictions, the system's unit of area."""
-        if not self._is_area:
+        if self._unit is None or not self._unit.is_equivalent(unit_named("km2")):
             return 1.0
         return float(strip_to(1.0 * self._unit, system.context.units.unit("area"), "power"))
 
     def _observed(self, system: SystemLike) -> Floats:
         return self._power * self._scale(system)
 
+    def _standard_errors(self, system: SystemLike) -> Floats:
+        return self._sigma * self._scale(system)
+
     def _whiten(self, values: Floats, system: SystemLike, transposed: bool = False) -> Floats:
-        sigma = self._sigma * self._scale(system)
+        sigma = self._standard_errors(system)
         return np.asarray(values / sigma.reshape(*sigma.shape, *[1] * (values.ndim - 2)))
 
     def errors(self, system: SystemLike) -> Errors:
         """Return the variances (K B, 1, 1) of all bins, which are independent, with and without a jitter."""
-        original = self if self._original is None else self._original
-        scale = self._scale(system)
-        both = ((one._sigma * scale).reshape(-1, 1, 1) ** 2 for one in (self, original))  # type: ignore[attr-defined]
-        return Errors(*both)
+        both: list[Any] = [self, self if self._original is None else self._original]
+        return Errors(*(data._standard_errors(system).reshape(-1, 1, 1) ** 2 for data in both))
 
     def _row(self, run: Record, row: int, linear: Mapping[str, Any] | None) -> tuple[Any, Any]:
         """Return the prediction and the residuals of one row, in the unit and the shape of the data."""
@@ -157,14 +134,11 @@ class RadarEchoes(Observations):
 
     def _edge_numbers(self, name: str, text: str) -> tuple[Floats, str]:
         """Return the edges of bins as they were given, and the label of their axis."""
-        given = as_quantity(self._edges[name], name)
-        return without_unit(given), f"{text} [{unit_of(given)}]"
+        edges = as_quantity(self._edges[name], name)
+        return without_unit(edges), f"{text} [{unit_of(edges)}]"
 
     def _attach(self, values: Floats, system: SystemLike) -> Any:
         return self._shaped(values / self._scale(system))
-
-    def _depends_on_figures(self) -> bool:
-        return True
 
     def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
         return (LinearUnknown("gain"),) if self.gain == "free" else ()
@@ -183,8 +157,8 @@ class RadarEchoes(Observations):
         """Return the cross sections (K, B) of all bodies in the bins, averaged over the exposure."""
         model = EchoModel(system, self.geometry, self.options)
 
-        def echo(since: float) -> Echo:
-            retarded = self._retarded(system, states, masses, since)
+        def echo(time: float) -> Echo:
+            retarded = self._retarded(system, states, masses, time)
             return self._corrected(model, model.echo(retarded, states), retarded.times)
 
         return model.mean_power(echo, self._edges_in(system)).sum(axis=1).reshape(len(self), -1)
@@ -195,18 +169,15 @@ class RadarEchoes(Observations):
     def _corrected(self, model: EchoModel, echo: Echo, times: Floats) -> Echo:
         """Return echoes shifted by the offset of the frequency and by the polynomial of the delay."""
         units, owner = model.system.context.units, type(self).__name__
-        shift = np.zeros((len(times), 2))
-        shift[:, 0] = units.number(self.frequency_offset, "rate", f"frequency_offset of {owner}")
-        since = times - self._clock(model.system).mean()
+        coefficients = []
         for power, coefficient in enumerate(self.delay_correction):
             what = f"delay_correction[{power}] of {owner}"
             if is_quantity(coefficient := as_quantity(coefficient, what)):
-                number = float(strip_to(coefficient, units.unit("time") ** (1 - power), what))
-            else:
-                number = UNITLESS.number(coefficient, "number", what, FINITE)
-            shift[:, 1] += number * since**power
-            if power:
-                shift[:, 0] -= model.transmit_frequency * number * power * since ** (power - 1)
+                coefficient = float(strip_to(coefficient, units.unit("time") ** (1 - power), what))
+            coefficients.append(UNITLESS.number(coefficient, "number", what, FINITE))
+        delay, elapsed = np.polynomial.Polynomial(coefficients or [0.0]), times - self._clock(model.system).mean()
+        offset = units.number(self.frequency_offset, "rate", f"frequency_offset of {owner}")
+        shift = np.stack([offset - model.transmit_frequency * delay.deriv()(elapsed), delay(elapsed)], axis=-1)
         return Echo(echo.epochs, echo.at_centre + shift[:, None], echo.gradients)
 
     def _partial(self, system: SystemLike, states: dict[str, Floats], parameter: str) -> Floats:
@@ -218,8 +189,8 @@ class RadarEchoes(Observations):
         # A mass moves the barycentre.
         masses = system.context.masses
         unit = np.eye(len(masses))[system.context.names.index(body)]
-        middle = self._model(system, states)
-        return difference(lambda by: self._model(system, states, masses + by * unit) - middle, masses.sum() * _SHARE)
+        reference = self._model(system, states)
+        return difference(lambda by: self._model(system, states, masses + by * unit) - reference, masses.sum() * _STEP)
 
     def _partials(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
@@ -238,9 +209,9 @@ class RadarEchoes(Observations):
     ) -> list[DesignArgument]:
         if self.gain != "free":
             return []
-        held = copy.copy(self)
-        held.gain = 1.0
-        direct = {name: held._partial(system, states, name) for name in parameters}
+        with_unit_gain = copy.copy(self)
+        with_unit_gain.gain = 1.0
+        direct = {name: with_unit_gain._partial(system, states, name) for name in parameters}
         return [DesignArgument(np.ones((*self._power.shape, 1)), self._by_states(system, states), direct)]
 
     def _by_states(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
@@ -251,7 +222,7 @@ class RadarEchoes(Observations):
         widths = model.half_widths(echo)[..., 0].max(axis=0) + np.diff(self._edges_in(system)["frequencies"]).max()
         # A velocity changes the frequency by 2 F / c, and a spin by this times the radius.
         speeds = widths * model.light_speed / (2.0 * model.transmit_frequency)
-        middle = self._cross_sections(system, states)
+        reference = self._cross_sections(system, states)
         result = np.zeros((*self._power.shape, 12 * count))
         for body in range(count):
             radius = max(system.context.bodies[body].circumradius, np.finfo(float).tiny)
@@ -260,16 +231,16 @@ class RadarEchoes(Observations):
                 for axis in range(3):
 
                     def change(by: float, body: int = body, name: str = name, axis: int = axis) -> Floats:
-                        moved = states[name].copy()
+                        changed = states[name].copy()
                         if name == "attitude":
-                            moved[:, body] = products(moved[:, body], of_vectors(by * np.eye(3)[axis]))
+                            changed[:, body] = products(changed[:, body], of_vectors(by * np.eye(3)[axis]))
                         else:
-                            moved[:, body, axis] += by
-                        return self._cross_sections(system, {**states, name: moved}) - middle
+                            changed[:, body, axis] += by
+                        return self._cross_sections(system, {**states, name: changed}) - reference
 
-                    result[..., 12 * body + 3 * kind + axis] = difference(change, _SHARE * size)
+                    result[..., 12 * body + 3 * kind + axis] = difference(change, _STEP * size)
         return result
 
-    def _described(self) -> list[tuple[str, str]]:
+    def _summary(self) -> list[tuple[str, str]]:
         bins = " x ".join(map(str, self._bins))
         return [("bins", bins), ("gain", str(self.gain)), ("law", repr(self.options.law))]

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base.figures import panels, unit_of
 from ..base.units import without_unit
 from ..record.record import Record
 from .echoes import RadarOptions
+from .laws import Cosine, RadarLaw
 from .pictures import draw
 from .radar_bins import RadarEchoes
-from .radar_laws import Cosine
 from .vectors import Vectors
-
-if TYPE_CHECKING:
-    from .radar_laws import RadarLaw
 
 
 class RadarSpectrum(RadarEchoes):
@@ -227,11 +224,12 @@ class DelayDoppler(RadarEchoes):
             self._edge_numbers(*names) for names in (("frequencies", "Doppler frequency"), ("delays", "delay"))
         )
         flat, result = panels(axes, (1, 3), (12.0, 3.6))
-        model, left, errors = (without_unit(values) for values in (predicted, residuals, self.sigma[row]))
-        top = max(model.max(), (model + left).max())
+        model, residuals_of_model, errors = (without_unit(values) for values in (predicted, residuals, self.sigma[row]))
+        observed = model + residuals_of_model
+        largest = max(model.max(), observed.max())
         unit = f" [{unit_of(residuals)}]" if hasattr(residuals, "unit") else ""
-        parts = {f"observed power{unit}": (model + left, top), f"predicted power{unit}": (model, top)}
-        parts["residual / error"] = left / errors, 4.0
+        parts = {f"observed power{unit}": (observed, largest), f"predicted power{unit}": (model, largest)}
+        parts["residual / error"] = residuals_of_model / errors, 4.0
         for ax, (label, (values, limit)) in zip(flat, parts.items(), strict=True):
             style = {"cmap": "RdBu_r", "vmin": -limit, "vmax": limit} | kwargs
             drawn = ax.pcolormesh(x, y, values, **style)

@@ -13,15 +13,13 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput, interruptible
 from ..record.record import Record
 from .echoes import DIMENSIONS, Echo, EchoModel, RadarOptions, bin_edges
-from .radar_laws import Cosine
+from .laws import Cosine, RadarLaw
 from .states import retarded
-from .times import in_system
+from .times import to_system_times
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
     import xarray
-
-    from .radar_laws import RadarLaw
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -229,13 +227,13 @@ def _echo(
     system, units = run.system, run.context.units
     flag(per_body, "per_body")
     model, local = EchoModel(system, geometry, options), local_geometry(geometry, system)
-    arrival = np.atleast_1d(in_system(times, system, "times"))
+    arrival = np.atleast_1d(to_system_times(times, system, "times"))
     if arrival.ndim != 1:
         raise InvalidInput(f"times has shape {arrival.shape}; expected (K,)")
     edges = bin_edges(system, bins)
 
-    def echo(since: float) -> Echo:
-        states, retarded_states = retarded(run, local, arrival + since, "time of a radar echo")
+    def echo(time: float) -> Echo:
+        states, retarded_states = retarded(run, local, arrival + time, "time of a radar echo")
         return model.echo(retarded_states, states)
 
     power = model.mean_power(echo, edges)

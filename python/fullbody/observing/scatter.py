@@ -1,21 +1,32 @@
-"""Standard errors of light curves whose files have none."""
+"""Options of light curves that are read from files, and standard errors of those whose files have none."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.arguments import options_of, refuse_unknown
 from ..errors import InvalidInput, caution
 from ..typing import Floats
 from .columns import column
+from .photometry import Photometry
 
 #: The longest time in days over which a cubic approximates a light curve, and the least number of points with two
 #: others before and after within that time from which a scatter is computed.
 _SPAN, _FEWEST = 0.2, 3
 #: The standard deviation of a normal distribution over the median of the sizes of its values.
 _NORMAL = 1.482602218505602
+
+
+#: Options of photometry that a file determines.
+_OF_FILE = ("times", "magnitude", "sigma", "geometry", "zero", "night", "filter", "airmass", "reduced")
+
+
+def refuse_options(options: Iterable[str], owner: str) -> None:
+    """Raise an error for options that photometry does not have, or that a file determines."""
+    refuse_unknown(options, [name for name in options_of(Photometry) if name not in _OF_FILE], owner)
 
 
 class Curve(NamedTuple):
@@ -69,14 +80,12 @@ def standard_errors(sigma: Any, curves: Sequence[Curve], path: Any) -> Floats:
     if not estimated:
         raise InvalidInput(f"{path} has no errors, and {too_few[0]} too few points to estimate them; give sigma=")
     if sigma is None:
-        remainder = (
-            f"; {len(too_few)} curves with too few points, such as {too_few[0]}, have the median of the others"
-            if too_few
-            else ""
-        )
+        others = ""
+        if too_few:
+            others = f"; {len(too_few)} curves with too few points, such as {too_few[0]}, have the median of the others"
         caution(
             f"{path} has no standard errors of {len(curves)} curves; they are estimated from the scatter about cubics "
-            f"through neighbouring points, {min(estimated):.2g} to {max(estimated):.2g} mag{remainder}; "
-            "give sigma=, or sigma='estimate' to accept this"
+            f"through neighbouring points, {min(estimated):.2g} to {max(estimated):.2g} mag"
+            f"{others}; give sigma=, or sigma='estimate' to accept this"
         )
     return np.array([np.median(estimated) if estimate is None else estimate for estimate in estimates])

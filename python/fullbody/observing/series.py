@@ -72,14 +72,8 @@ class RotationSeries(Declared):
 def rotation_angle(body: str, attitude: Floats, spin: Floats, bisector: Floats) -> tuple[Floats, Floats]:
     """Return the rotation angles (K,) of a body, and their derivatives (K, 3) with respect to its body-frame rotation.
 
-    Parameters
-    ----------
-    body : str
-        The name of the body, for errors.
-    attitude, spin : ndarray, (K, 4) and (K, 3)
-        Its attitudes, and its spins in its body frame.
-    bisector : ndarray, (K, 3)
-        Unit vectors between the directions to the observer and to the Sun.
+    The body, whose name is for errors, has attitudes (K, 4), and spins (K, 3) in its body frame. The unit vectors
+    ``bisector`` (K, 3) are between the directions to the observer and to the Sun.
     """
     if (np.abs(spin[:, 2]) < np.abs(spin[:, :2]).max(axis=1)).any():
         raise InvalidInput(

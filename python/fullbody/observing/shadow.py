@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,14 +15,14 @@ from ..base.units import as_quantity, is_quantity, strip_to
 from ..errors import InvalidInput, interruptible
 from ..record.record import Record
 from ..typing import Floats
-from .contacts import into_body
 from .earth import Earth
 from .event_tables import table_of, time_column
 from .limbs import Limb, limbs_of
-from .sightlines import Sight, SightLines, span_of
+from .sightlines import Sight, SightLines
 from .sky import east_and_north, pole_of
 from .star import Star
-from .times import in_system, kilometres, seconds
+from .states import into_body
+from .times import kilometres, seconds
 from .vectors import Vectors
 
 #: The semi-axes of the Earth's ellipsoid (WGS84) in km.
@@ -51,7 +52,7 @@ class ShadowPath:
     times : list of Quantity
         Times on the system's clock.
     longitude, latitude : dict of masked array, (K,)
-        Geodetic places in degrees, masked where a line misses the Earth. The keys are ``"centre"``, the limits
+        Geodetic coordinates in degrees, masked where a line misses the Earth. The keys are ``"centre"``, the limits
         ``"north"`` and ``"south"``, and with errors ``"error_north"`` and ``"error_south"``, the limits moved outwards.
     duration : ndarray, (K,)
         The longest duration of the occultation on the central line, in s.
@@ -198,21 +199,21 @@ def shadow_paths(
     whole_number(n, "n", 2)
     source = Star(star, geometry)
     lines = SightLines(run, geometry, source, None)
-    span = lines.span(span_of(span, run.system, in_system))
-    lines.refuse_inside(np.linspace(span[0], span[1], 64))
+    first, last = lines.span(span)
+    lines.refuse_inside(np.linspace(first, last, 64))
     covariance = _covariance(errors)
-    reach_of_earth = _EARTH[0] / kilometres(run.system, _WHAT)
     shadows = []
     for body in range(len(run.context)):
-        limbs = limbs_of(run.system, body)
-        reach = max((limb.reach for limb in limbs), default=0.0)
-        for meeting in lines.meetings(body, span, reach_of_earth + reach) if limbs else []:
-            shadow = _Shadow(lines, body, limbs, covariance)
-            times = np.linspace(*meeting, _SAMPLES)
+        if not (limbs := limbs_of(run.system, body)):
+            continue
+        radius = _EARTH[0] / kilometres(run.system, _WHAT) + max(limb.radius for limb in limbs)
+        shadow = _Shadow(lines, body, limbs, covariance)
+        for encounter in lines.encounters(body, (first, last), radius):
+            times = np.linspace(*encounter, _SAMPLES)
             on_earth = np.flatnonzero(shadow.is_on_earth(times))
             if on_earth.size:
-                first, last = max(on_earth[0] - 1, 0), min(on_earth[-1] + 1, _SAMPLES - 1)
-                shadows.append(shadow.path(np.linspace(times[first], times[last], n)))
+                begin, end = times[max(on_earth[0] - 1, 0)], times[min(on_earth[-1] + 1, _SAMPLES - 1)]
+                shadows.append(shadow.path(np.linspace(begin, end, n)))
     return shadows
 
 
@@ -242,17 +243,17 @@ class _Shadow:
         self._earth = Earth(lines.delayed)
 
     def _track(self, times: Floats) -> tuple[Sight, Floats, Floats]:
-        """Return lines of sight, their velocities, and unit vectors (M, 3) across the path to the north."""
-        sight, step = self._lines.at(self._body, times), self._step(times)
-        later, earlier = (self._lines.at(self._body, times + sign * step).w for sign in (1.0, -1.0))
-        velocity = (later - earlier) / (2.0 * step)
+        """Return lines of sight, their velocities, and unit vectors (M, 3) perpendicular to the path to the north."""
+        sight = self._lines.past(self._body, times)
+        velocity = self._rate(lambda moments: self._lines.past(self._body, moments).w, times)
         across = np.cross(sight.u, velocity / np.linalg.norm(velocity, axis=1, keepdims=True))
         return sight, velocity, np.where((across @ self._pole)[:, None] < 0.0, -across, across)
 
     @staticmethod
-    def _step(times: Floats) -> float:
-        """Return the step of differences in time."""
-        return float(1e-3 * (times[-1] - times[0]))
+    def _rate(function: Callable[[Floats], Floats], times: Floats) -> Floats:
+        """Return the rate of change (M, ...) of a function at times (M,), a difference."""
+        step = float(1e-3 * (times[-1] - times[0]))
+        return np.asarray((function(times + step) - function(times - step)) / (2.0 * step))
 
     def _extent(self, sight: Sight, directions: Floats) -> Floats:
         """Return how far (M,) the body reaches along unit vectors (M, 3) of the system's axes."""
@@ -277,9 +278,10 @@ class _Shadow:
         for name, (side, outwards) in _PATHS.items():
             if outwards and error is None:
                 continue
-            width = side * self._extent(sight, np.copysign(1.0, side) * across)
-            away = width + (0.0 if error is None else outwards * error)
-            longitude[name], latitude[name] = _geodetic(*self._ground(times, sight.u, away[:, None] * across - sight.w))
+            offset = side * self._extent(sight, np.copysign(1.0, side) * across)
+            offset = offset + (0.0 if error is None else outwards * error)
+            points = self._ground(times, sight.u, offset[:, None] * across - sight.w)
+            longitude[name], latitude[name] = _geodetic(*points)
         up = np.einsum("kij,kj->ki", axes, ground / _EARTH**2)
         up /= np.linalg.norm(up, axis=1, keepdims=True)
         star, sun = (
@@ -292,21 +294,20 @@ class _Shadow:
         return ShadowPath(name, attached, longitude, latitude, duration, star, sun, self._system)
 
     def _error(self, times: Floats, u: Floats, across: Floats) -> Floats | None:
-        """Return the standard error (M,) of the path across it."""
+        """Return the standard error (M,) of the path perpendicular to it."""
         if self._covariance is None:
             return None
-        parts = np.einsum("kax,kx->ka", east_and_north(u, self._pole), across)
+        components = np.einsum("kax,kx->ka", east_and_north(u, self._pole), across)
         distance = np.linalg.norm(self._lines.local.observer(times), axis=1)
-        variance = np.einsum("ka,ab,kb->k", parts, self._covariance, parts)
+        variance = np.einsum("ka,ab,kb->k", components, self._covariance, components)
         return np.asarray(distance * np.sqrt(np.maximum(variance, 0.0)))
 
     def _duration(self, times: Floats, sight: Sight, velocity: Floats, ground: Floats) -> Floats:
         """Return the time (M,) in s in which the shadow passes over a point of its central line, which moves with the
         Earth.
         """
-        step = self._step(times)
-        later, earlier = (self._earth.axes(self._system, times + sign * step) for sign in (1.0, -1.0))
-        rotation = np.einsum("kij,kj->ki", later - earlier, ground) / (2.0 * step) / self._km
+        axes_rate = self._rate(lambda moments: self._earth.axes(self._system, moments), times)
+        rotation = np.einsum("kij,kj->ki", axes_rate, ground) / self._km
         relative = velocity + np.where(np.isfinite(rotation), rotation, 0.0)
         relative -= np.sum(relative * sight.u, axis=1)[:, None] * sight.u
         speed = np.linalg.norm(relative, axis=1)

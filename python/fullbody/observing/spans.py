@@ -9,8 +9,8 @@ import numpy as np
 from ..base.units import need
 from ..typing import Floats
 
-#: The iterations in which an extremum of a function between three times is narrowed down.
-_EXTREMA = 60
+#: The number of times in a search for an extremum between nodes, and the largest number of searches.
+_TRIALS, _SEARCHES = 9, 60
 #: The smallest relative width of the bracket of a root that scipy accepts.
 _RELATIVE = 4.0 * float(np.finfo(float).eps)
 
@@ -20,8 +20,7 @@ Span = tuple[float, float]
 def spans_below_zero(measure: Callable[[Floats], Floats], nodes: Floats) -> list[Span]:
     """Return the spans of time in which a measure is negative, to the last digits.
 
-    Extrema between the nodes (T,) are searched, so that a graze is found. A span that is cut by an end of the nodes
-    ends there.
+    Extrema between the nodes (T,) are searched, so that a graze is found. Spans end at the first and the last node.
     """
     with need("observing", "a search for chords"):
         from scipy.optimize import brentq
@@ -34,9 +33,14 @@ def spans_below_zero(measure: Callable[[Floats], Floats], nodes: Floats) -> list
     is_extremum = (sign * middle <= sign * values[:-2]) & (sign * middle <= sign * values[2:])
     for k in np.flatnonzero(is_extremum) + 1:
         if (values[k - 1 : k + 2] > 0.0).all() or (values[k - 1 : k + 2] < 0.0).all():
-            time, value = _extremum(measure, nodes[k - 1 : k + 2], values[k - 1 : k + 2])
+            side = sign[k - 1]
+
+            def towards_zero(moments: Floats, side: float = side) -> Floats:
+                return side * measure(moments)
+
+            time, value = minimum(towards_zero, nodes[k - 1], nodes[k + 1], _TRIALS, _SEARCHES, stop=0.0)
             times.append(np.array([time]))
-            measures.append(np.array([value]))
+            measures.append(np.array([side * value]))
     all_times, all_values = np.concatenate(times), np.concatenate(measures)
     order = np.argsort(all_times, kind="stable")
     all_times, below = all_times[order], all_values[order] < 0.0
@@ -49,34 +53,21 @@ def spans_below_zero(measure: Callable[[Floats], Floats], nodes: Floats) -> list
     return [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if a < b]
 
 
-def _extremum(measure: Callable[[Floats], Floats], times: Floats, values: Floats) -> tuple[float, float]:
-    """Return the time and value of the extremum within three times, towards zero; it ends where the sign changes."""
-    sign = 1.0 if values[1] > 0.0 else -1.0
-    a, b = float(times[0]), float(times[2])
-    best, least = float(times[1]), float(values[1])
-    for _ in range(_EXTREMA):
-        trial = np.linspace(a, b, 9)[1:-1]
-        measures = measure(trial)
-        k = int(np.argmin(sign * measures))
-        step = (b - a) / 8.0
-        if sign * measures[k] < sign * least:
-            best, least = float(trial[k]), float(measures[k])
-        if sign * least <= 0.0 or step <= 4.0 * np.spacing(abs(best)):
-            break
-        a, b = max(a, best - step), min(b, best + step)
-    return best, least
-
-
-def lowest(function: Callable[[Floats], Floats], first: float, last: float, trials: int, searches: int) -> Span:
+def minimum(
+    function: Callable[[Floats], Floats], first: float, last: float, trials: int, searches: int, stop: float = -np.inf
+) -> tuple[float, float]:
     """Return the time between two at which a function of times is least, and the function there.
 
-    Each search takes a number of ``trials`` and narrows the time down to the two intervals about the least of them.
+    Each search takes a number of ``trials`` and narrows the time down to the two intervals about the least of them. The
+    last one has a value that is not above ``stop``, or intervals of a few units in the last place.
     """
     for _ in range(searches):
         times = np.linspace(first, last, trials)
         values = function(times)
         k = int(np.argmin(values))
         first, last = times[max(k - 1, 0)], times[min(k + 1, trials - 1)]
+        if values[k] <= stop or last - first <= 8.0 * np.spacing(abs(times[k])):
+            break
     return float(times[k]), float(values[k])
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..base.rotations import matrices
+from ..base.rotations import matrices, products
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
@@ -17,7 +17,11 @@ from .vectors import SystemGeometry
 #: Brightnesses need an observer who is farther from a body than its radius by this factor: all of its surface is seen
 #: along one direction, and at that distance they are off by about 0.3 %.
 DISTANT = 300.0
-#: The square of an angle that counts as none, and the displacement relative to the separation of samples of a run.
+#: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
+IMAGINARY_STEP = 1e-100
+#: The indices of the next component of a vector, and of the one before, in cyclic order.
+_NEXT, _PREVIOUS = np.array([1, 2, 0]), np.array([2, 0, 1])
+#: The relative deviations from uniform motion that are neglected: for a continuous solution, and for samples of a run.
 _ROUNDING, _SAMPLED = 1e-15, 1e-14
 
 
@@ -32,95 +36,67 @@ def refuse_near(
     orbits: float,
     sizes: float,
 ) -> None:
-    """Raise an error for an observer, or a Sun, that is too near, or even inside a body.
+    """Raise an error for a source, the "observer" or the "Sun", that is too near to the bodies, or even inside one.
 
-    Parameters
-    ----------
-    system : System
-    local : SystemGeometry
-        The geometry. Where only the directions of its vectors count, the source just has to be outside the bodies.
-    what : str
-        The source, "observer" or "Sun", for the message.
-    source : ndarray, (K, 3)
-        Vectors from the barycentre to the source.
-    centre, attitude : ndarray, (K, N, 3) and (K, N, 4)
-        Poses of the bodies. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
-    times : ndarray, (K,)
-        Times, for the message.
-    orbits, sizes : float
-        The least distance from the barycentre is the largest over all bodies of ``orbits`` times a body's own distance
-        plus ``sizes`` times its radius.
+    The ``source`` (K, 3) is the vector to it from the barycentre at times (K,), and ``centre`` (K, N, 3) and
+    ``attitude`` (K, N, 4) are the poses of the bodies. The least distance is the largest over all bodies of ``orbits``
+    times a body's own distance plus ``sizes`` times its radius. Where only the directions of the vectors of the
+    geometry count, the source just has to be outside the bodies. Those other than ellipsoids count as ellipsoids with
+    the same moments of inertia.
     """
     axes = np.array([body.semi_axes for body in system.context.bodies])
-    far = np.linalg.norm(source, axis=-1)
+    distance = np.linalg.norm(source, axis=-1)
     if local.distant:
         orbits = sizes = 1.0
     least = np.max(orbits * np.linalg.norm(centre, axis=-1) + sizes * axes.max(axis=1), axis=1, initial=0.0)
-    if np.any(far < least):
-        away = np.einsum("knij,kni->knj", matrices(attitude), source[:, None] - centre)
+    if np.any(distance < least):
+        in_body = np.einsum("knij,kni->knj", matrices(attitude), source[:, None] - centre)
         extents = np.where(axes > 0.0, axes, np.finfo(float).tiny)
-        inside = np.argwhere(np.sum((away / extents) ** 2, axis=2) < 1.0)
-        k, body = inside[0] if len(inside) else (int(np.argmin(far / least)), 0)
+        inside = np.argwhere(np.sum((in_body / extents) ** 2, axis=2) < 1.0)
         if local.distant and not len(inside):
             return
-        where = f"inside {system.context.names[body]}" if len(inside) else "too near"
+        k, body = inside[0] if len(inside) else (int(np.argmin(distance / least)), 0)
+        position = f"inside {system.context.names[body]}" if len(inside) else "too near"
         attach = system.context.units.attach
         raise InvalidInput(
-            f"the {what} of the geometry is {where} at time {attach(float(times[k]), 'time')}, "
-            f"{attach(float(far[k]), 'length')} from the barycentre; expected one from "
+            f"the {what} of the geometry is {position} at time {attach(float(times[k]), 'time')}, "
+            f"{attach(float(distance[k]), 'length')} from the barycentre; expected one from "
             f"{attach(float(least[k]), 'length')} on, with vectors from the barycentre in the system's unit of length"
         )
 
 
 class RetardedStates:
-    """States of bodies at their retarded times, when the light left them that arrives at the observer at given times.
+    """States of bodies at their retarded times, when the light left them that arrives at the observer at times (K,).
 
     Each body is taken to move on a straight line and to rotate uniformly about its pose at the time of the states, up
-    to the curvature that :func:`retarded` adds to these.
-
-    Attributes
-    ----------
-    times : ndarray, (K,)
-        Times when the light arrives.
-    observer : ndarray, (K, 3)
-        Vectors from the system's barycentre to the observer.
-    centre, velocity : ndarray, (..., K, N, 3)
-        Positions and velocities of the bodies relative to the system's barycentre. They may be complex, and several for
-        each time.
-    delay : ndarray, (..., K, N)
-        The time at which the light left each body, minus the time at which it left the barycentre.
-    elapsed : ndarray, (..., K, N)
-        The time at which the light left each body, minus that of the given states.
-    light_speed : float
-        The speed of light in the system's units.
+    to the ``deviations`` that :func:`retarded` adds to these. The states (..., K, N, 3) and (..., K, N, 4) may be
+    complex, and several for each time. Their ``lag``, () or (K,), is their time minus that at which the light left the
+    barycentre.
     """
 
     def __init__(
-        self,
-        geometry: SystemGeometry,
-        times: Floats,
-        masses: Floats,
-        states: dict[str, Any],
-        since: Floats | None = None,
+        self, geometry: SystemGeometry, times: Floats, masses: Floats, states: dict[str, Any], lag: Any = 0.0
     ) -> None:
         weights = masses / masses.sum()
         self.times, self.light_speed, self._geometry = times, geometry.light_speed, geometry
+        #: Vectors (K, 3) from the system's barycentre to the observer.
         self.observer = geometry.observer(times)
         position, velocity = (
             states[name] - np.einsum("n,...nx->...x", weights, states[name])[..., None, :]
             for name in ("position", "velocity")
         )
-        #: The time of the states minus that at which the light left the barycentre, (K, 1) or zero.
-        self._since: Any = 0.0 if since is None else since[:, None]
-        if since is not None:
-            position = position - velocity * since[:, None, None]
+        lag = np.reshape(lag, (-1, 1))
+        position = position - velocity * lag[..., None]
+        #: The times (..., K, N) at which the light left each body, minus that at which it left the barycentre.
         self.delay = geometry.delays(self.observer, position, velocity)
-        self.elapsed = self.delay - self._since
+        #: The times (..., K, N) at which the light left each body, minus those of the states.
+        self.elapsed = self.delay - lag
+        #: Positions and velocities (..., K, N, 3) of the bodies relative to the system's barycentre.
         self.centre, self.velocity = position + velocity * self.delay[..., None], velocity
-        self._twist: Any = None
-        if "curvature" in states:
-            bend, change, self._twist = states["curvature"]
-            self.centre, self.velocity = self.centre + bend, velocity + change
+        self._attitude_deviation: Any = 0.0
+        if "deviations" in states:
+            of_position, of_velocity, self._attitude_deviation = states["deviations"]
+            self.centre, self.velocity = self.centre + of_position, velocity + of_velocity
 
     @property
     def observer_velocity(self) -> Floats:
@@ -129,64 +105,73 @@ class RetardedStates:
 
     def attitude(self, attitude: Floats, spin: Floats) -> Floats:
         """Return attitudes (..., K, N, 4) when the light left the bodies, from those at the time of the states."""
-        turned = rotated(attitude, spin, self.elapsed)
-        return turned if self._twist is None else turned + self._twist
+        return rotated(attitude, spin, self.elapsed) + self._attitude_deviation
 
 
-def rotated(attitude: Any, spin: Any, delay: Any) -> Any:
+def rotated(attitude: Any, spin: Any, time: Any) -> Any:
     """Return attitudes (..., 4) after times (...) of rotation at constant spins (..., 3); all may be complex."""
-    angle = np.sqrt(np.sum(spin * spin, axis=-1)) * delay
-    half_angle_factor = 0.5 * delay * np.sinc(0.5 * angle / np.pi)
-    w, v = np.cos(0.5 * angle)[..., None], spin * half_angle_factor[..., None]
-    scalar, vector = attitude[..., :1], attitude[..., 1:]
-    real = scalar * w - np.sum(vector * v, axis=-1, keepdims=True)
-    return np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1)
+    half_angle = 0.5 * np.sqrt(np.sum(spin * spin, axis=-1)) * time
+    vector = spin * (0.5 * time * np.sinc(half_angle / np.pi))[..., None]
+    return products(attitude, np.concatenate([np.cos(half_angle)[..., None], vector], axis=-1))
+
+
+def into_body(attitude: Any, vectors: Any) -> Any:
+    """Return vectors (..., 3) in the frames of bodies with attitudes (..., 4); both may be complex."""
+    scalar, axis = attitude[..., :1], attitude[..., 1:]
+    product = cross(axis, vectors)
+    return vectors - 2.0 * scalar * product + 2.0 * cross(axis, product)
+
+
+def cross(a: Any, b: Any) -> Any:
+    """Return the cross products (..., 3) of vectors, which numpy's function takes longer for."""
+    return a[..., _NEXT] * b[..., _PREVIOUS] - a[..., _PREVIOUS] * b[..., _NEXT]
 
 
 def retarded(run: Record, local: SystemGeometry, times: Floats, what: str) -> tuple[dict[str, Any], RetardedStates]:
     """Return the states of a run for light that arrives at times (K,), and the retarded ones that follow from them.
 
-    The former are those when the light left the barycentre, with the ``curvature`` of the motions from then until it
-    left the bodies: what straight and uniform motions lack in positions, velocities and attitudes. It is that of a
-    continuous solution, if the run has one. Otherwise positions follow from the forces of the bodies on each other,
-    with an error of a sixth of the acceleration's rate of change times the cube of the delay, and attitudes from the
-    spins.
+    The former are those when the light left the barycentre, with the ``deviations`` of positions, velocities and
+    attitudes from straight and uniform motions from then until the light left the bodies. These come from a continuous
+    solution, if the run has one. Otherwise those of positions follow from the forces of the bodies on each other, with
+    an error of a sixth of the acceleration's rate of change times the cube of the delay, and those of attitudes are
+    neglected.
     """
     emitted, masses = local.emission(times), run.context.masses
     states: dict[str, Any] = run.states(emitted, what)
     uniform = RetardedStates(local, times, masses, states)
-    late = np.abs(uniform.delay).max(initial=0.0)
-    if late == 0.0 or _is_straight(run, states, late):
+    longest = np.abs(uniform.delay).max(initial=0.0)
+    if longest == 0.0 or _is_uniform(run, states, longest):
         return states, uniform
     if run.dense is None:
         cores = (_core.State(0.0, *map(np.ascontiguousarray, rows)) for rows in zip(*states.values(), strict=True))
         force = np.array([run.context.core.interactions(core)[0] for core in cores])
-        change = force / masses[:, None] * uniform.delay[..., None]
-        states["curvature"] = 0.5 * change * uniform.delay[..., None], change, 0.0
+        of_velocity = force / masses[:, None] * uniform.delay[..., None]
+        states["deviations"] = 0.5 * of_velocity * uniform.delay[..., None], of_velocity, 0.0
         return states, RetardedStates(local, times, masses, states)
-    twist = -uniform.attitude(states["attitude"], states["spin"])
-    bend, change = -uniform.centre, -uniform.velocity
+    of_attitude = -uniform.attitude(states["attitude"], states["spin"])
+    of_position, of_velocity = -uniform.centre, -uniform.velocity
     first, last = sorted(run.dense.core.range)
     for body in range(len(run.context)):
-        # Beyond the ends of a run its bodies go on straight.
-        inside = np.clip(emitted + uniform.delay[:, body], first, last)
-        states_inside = run.states(inside, what)
-        exact = RetardedStates(local, times, masses, states_inside, inside - emitted)
-        bend[:, body] += exact.centre[:, body]
-        change[:, body] += exact.velocity[:, body]
-        twist[:, body] += exact.attitude(states_inside["attitude"], states_inside["spin"])[:, body]
-    states["curvature"] = bend, change, twist
+        # Beyond the ends of a run its bodies move uniformly.
+        retarded_times = np.clip(emitted + uniform.delay[:, body], first, last)
+        retarded_states = run.states(retarded_times, what)
+        exact = RetardedStates(local, times, masses, retarded_states, retarded_times - emitted)
+        of_position[:, body] += exact.centre[:, body]
+        of_velocity[:, body] += exact.velocity[:, body]
+        of_attitude[:, body] += exact.attitude(retarded_states["attitude"], retarded_states["spin"])[:, body]
+    states["deviations"] = of_position, of_velocity, of_attitude
     return states, RetardedStates(local, times, masses, states)
 
 
-def _is_straight(run: Record, states: dict[str, Floats], late: float) -> bool:
-    """Return whether the curvature of the motions within a time is below rounding."""
+def _is_uniform(run: Record, states: dict[str, Floats], duration: float) -> bool:
+    """Return whether the deviations from uniform motion within a time are below rounding."""
     position, count = states["position"], len(run.context)
-    pairs = (position[:, i] - position[:, j] for i in range(count) for j in range(i))
-    apart = [np.einsum("kx,kx->k", way, way).min() for way in pairs]
-    fall = run.context.G * run.context.masses.sum() / min(apart) ** 1.5 if apart else 0.0
+    separations = (position[:, i] - position[:, j] for i in range(count) for j in range(i))
+    squares = [np.einsum("kx,kx->k", separation, separation).min() for separation in separations]
+    # The squares of the mean motion of the closest pair and of the fastest rotation measure the accelerations.
+    orbital = run.context.G * run.context.masses.sum() / min(squares) ** 1.5 if squares else 0.0
     if run.dense is None:
         # The samples have the errors of an integration, and attitudes follow from the spins.
-        return bool(fall * late**2 < _SAMPLED)
-    change = np.einsum("knx,knx->kn", states["spin"], states["spin"]).max()
-    return bool((fall + change) * late**2 < _ROUNDING)
+        return bool(orbital * duration**2 < _SAMPLED)
+    rotational = np.einsum("knx,knx->kn", states["spin"], states["spin"]).max()
+    return bool((orbital + rotational) * duration**2 < _ROUNDING)

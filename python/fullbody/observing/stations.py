@@ -1,4 +1,4 @@
-"""Stations that watch an occultation: where they are at any time, from the observer of the geometry."""
+"""Stations that watch an occultation: their positions at any time, from the observer of the geometry."""
 
 from __future__ import annotations
 
@@ -6,19 +6,18 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, as_quantity, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
-from .contacts import Path
+from .contacts import Indices, StationPath
 from .earth import Earth
 from .sky import east_and_north, pole_of
 from .star import Star
 from .times import kilometres
-from .vectors import Vectors, turn
+from .vectors import SystemGeometry, Vectors, rotation_to_system
 
 #: The longest distance in km from the centre of the Earth of a place on it.
 _LARGEST = 7000.0
@@ -28,58 +27,49 @@ _NODES = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
 _COEFFICIENTS = np.linalg.inv(np.vander(_NODES, increasing=True))
 
 _EXPECTED = (
-    "expected EarthLocations, vectors (S, 3) or (S, 2, 3), or places (S, 2, 2) in the plane of the sky, from the "
+    "expected EarthLocations, vectors (S, 3) or (S, 2, 3), or offsets (S, 2, 2) in the plane of the sky, from the "
     "observer of the geometry"
 )
 
 
 class Stations:
-    """S stations, whose places are vectors from the observer of the geometry.
+    """S stations, whose positions are vectors from the observer of the geometry.
 
-    Parameters
-    ----------
-    given : EarthLocation, sequence of them, or array_like or Quantity, (S, 3), (S, 2, 3) or (S, 2, 2)
-        Places on the Earth, which need a geometry from its centre; vectors that do not change; vectors at the times of
-        disappearance and of reappearance; or the offsets to the east and to the north at both times in the plane of the
-        sky through the observer, across the direction to the star. Vectors are along the axes of the geometry.
-    geometry : Geometry
-    star : Star
+    They are places on the Earth, ``EarthLocation``, which need a geometry from its centre; vectors (S, 3) that do not
+    change; vectors (S, 2, 3) at the times of disappearance and of reappearance; or the offsets (S, 2, 2) to the east
+    and to the north at both times in the plane of the sky through the observer, across the direction to the star.
+    Vectors are along the axes of the geometry.
     """
 
     def __init__(self, stations: Any, geometry: Vectors, star: Star) -> None:
         self._star, self._frame = star, geometry.frame
-        #: The Earth and the geocentric places (S, 3) in km along its axes, if the stations are on it.
+        #: The Earth, if the stations are on it.
         self._earth: Earth | None = None
-        self._geocentric: Any = None
+        #: Geocentric positions (S, 3) in km along the Earth's axes; or vectors (S, 3) or (S, 2, 3), or offsets
+        #: (S, 2, 2), in km if they have a unit and otherwise in the unit of a system.
+        self._positions: Floats
         locations = list(stations) if isinstance(stations, list | tuple) else [stations]
-        if locations and all(hasattr(coordinate, "geodetic") for coordinate in locations):
-            self._read_locations(locations)
-            self._earth = Earth(geometry.light_time)
+        if locations and all(hasattr(location, "geodetic") for location in locations):
+            rows = [np.stack([np.ravel(x.to_value("km")) for x in place.geocentric], axis=-1) for place in locations]
+            self._positions, self._earth = np.concatenate(rows), Earth(geometry.light_time)
+            distance = np.linalg.norm(self._positions, axis=1)
+            if not (on_earth := (distance > 0.0) & (distance < _LARGEST)).all():
+                worst = int(np.argmin(on_earth))
+                raise InvalidInput(
+                    f"station {worst} is {distance[worst]:.6g} km from the centre of the Earth; expected a place on "
+                    "the Earth"
+                )
             return
         positions = as_quantity(stations, "stations", "length")
-        numbers = strip_to(positions, unit_named("km"), "stations") if is_quantity(positions) else positions
-        numbers = UNITLESS.numbers(numbers, "number", "stations")
-        self._is_united = is_quantity(positions)
-        #: The vectors (S, 3) or (S, 2, 3), or offsets (S, 2, 2), in km or in the units of a system.
-        self._positions = numbers
-        moving = numbers.ndim == 3 and numbers.shape[1] == 2 and numbers.shape[2] in (2, 3)
-        if not (moving or (numbers.ndim == 2 and numbers.shape[1] == 3)):
-            raise InvalidInput(f"stations has shape {numbers.shape}; {_EXPECTED}")
-
-    def _read_locations(self, locations: list[Any]) -> None:
-        """Read geocentric places (S, 3) in km."""
-        self._geocentric = np.concatenate(
-            [np.stack([np.ravel(x.to_value("km")) for x in location.geocentric], axis=-1) for location in locations]
-        )
-        reach = np.linalg.norm(self._geocentric, axis=1)
-        if not ((reach > 0.0) & (reach < _LARGEST)).all():
-            worst = int(np.argmax(~((reach > 0.0) & (reach < _LARGEST))))
-            raise InvalidInput(
-                f"station {worst} is {reach[worst]:.6g} km from the centre of the Earth; expected a place on the Earth"
-            )
+        self._has_unit = is_quantity(positions)
+        positions = strip_to(positions, unit_named("km"), "stations") if self._has_unit else positions
+        self._positions = UNITLESS.numbers(positions, "number", "stations")
+        shape = self._positions.shape
+        if shape[1:] not in ((3,), (2, 2), (2, 3)):
+            raise InvalidInput(f"stations has shape {shape}; {_EXPECTED}")
 
     def __len__(self) -> int:
-        return len(self._positions) if self._earth is None else len(self._geocentric)
+        return len(self._positions)
 
     @property
     def locations(self) -> Any:
@@ -88,108 +78,100 @@ class Stations:
             raise InvalidInput("the stations are vectors from an observer; expected EarthLocations")
         from astropy.coordinates import EarthLocation
 
-        return EarthLocation.from_geocentric(*self._geocentric.T, unit="km")
+        return EarthLocation.from_geocentric(*self._positions.T, unit="km")
 
     @property
     def vectors(self) -> Any:
-        """The given vectors or places, numbers or a Quantity in km."""
-        return self._positions * unit_named("km") if self._is_united else self._positions
+        """The given vectors or offsets, numbers or a Quantity in km."""
+        return self._positions * unit_named("km") if self._has_unit else self._positions
 
     @property
-    def move(self) -> bool:
+    def has_two_times(self) -> bool:
         """Whether the stations are given at the two times of each chord."""
-        return self._earth is None and self._positions.ndim == 3
+        return self._positions.ndim == 3
 
     @property
     def on_earth(self) -> bool:
         """Whether the stations are places on the Earth."""
         return self._earth is not None
 
-    def at(self, system: SystemLike, stations: Any, times: Floats, ends: Floats | None = None) -> Floats:
+    def offsets(self, system: SystemLike, stations: Any, times: Floats, ends: Floats | None = None) -> Floats:
         """Return vectors (M, 3) from the observer to stations (M,) at times (M,), in the system's units and axes.
 
-        Stations that are given at two times move evenly through their places at the ``ends`` (M, 2), which are these
-        times.
+        Stations that are given at two times move uniformly through these positions at the ``ends`` (M, 2), which are
+        these times.
         """
+        positions = self._positions[stations]
         if self._earth is not None:
-            positions = self._geocentric[stations] / kilometres(system, "a station on the Earth")
+            positions = positions / kilometres(system, "a station on the Earth")
             return np.einsum("kij,kj->ki", self._earth.axes(system, times), positions)
-        length = kilometres(system, "stations with a unit") if self._is_united else 1.0
-        positions = self._positions[stations] / length
+        if self._has_unit:
+            positions = positions / kilometres(system, "stations with a unit")
         if positions.ndim == 3:
             if ends is None:
                 raise InvalidInput(
                     f"stations has shape {self._positions.shape}, vectors at two times, which only data of chords "
                     "have; expected EarthLocations or vectors (S, 3)"
                 )
-            # A station of which one time is known stays where it was then.
+            # A station with one known time does not move.
             has_both = np.isfinite(ends).all(axis=1)
-            first, last = (np.where(has_both, end, offset) for end, offset in zip(ends.T, (0.0, 1.0), strict=True))
+            first, last = (np.where(has_both, end, default) for end, default in zip(ends.T, (0.0, 1.0), strict=True))
             share = np.where(has_both, (times - first) / (last - first), ~np.isfinite(ends[:, 0]))
             positions = positions[:, 0] + share[:, None] * (positions[:, 1] - positions[:, 0])
         if positions.shape[-1] == 2:
-            return np.einsum("ka,kax->kx", positions, self.plane(system, times))
-        return positions if self._frame is None else positions @ self._axes(system, self._frame).T
+            return np.einsum("ka,kax->kx", positions, self.sky_axes(system, times))
+        if self._frame is None:
+            return positions
+        what = f"a station along the axes {self._frame!r}"
+        return np.asarray(positions @ rotation_to_system(self._frame, system, what).T)
 
-    def plane(self, system: SystemLike, times: Floats) -> Floats:
+    def positions(
+        self, system: SystemLike, local: SystemGeometry, stations: Any, times: Floats, ends: Floats | None = None
+    ) -> tuple[Floats, Floats]:
+        """Return vectors from the barycentre to stations (M,) at times (M,), and unit vectors to the star, (M, 3) both.
+
+        They account for the light time within the Earth. Before and after the ``local`` geometry the observer moves
+        uniformly.
+        """
+        inside, u = np.clip(times, *local.ends()), self._star.directions(system, times)
+        offsets, rate = self.offsets(system, stations, times, ends), None
+        if self._earth is not None:
+            rate = local.observer_velocity(inside)
+            offsets = self._earth.retarded(system, times, offsets, rate, u)
+        observer = local.observer(inside)
+        if (outside := times - inside).any():
+            observer = observer + (local.observer_velocity(inside) if rate is None else rate) * outside[:, None]
+        return observer + offsets, u
+
+    def sky_axes(self, system: SystemLike, times: Floats) -> Floats:
         """Return unit vectors (M, 2, 3) to the east and to the north in the plane of the sky, in the system's axes."""
         return east_and_north(self._star.directions(system, times), pole_of(system))
 
-    @staticmethod
-    def _axes(system: SystemLike, frame: Any) -> Floats:
-        if system.context.frame is None:
-            raise InvalidInput(
-                f"the stations are along the axes {frame!r}, and those of the system are not known; "
-                "give fullbody.System(..., frame='ecliptic')"
-            )
-        return turn(frame, system.context.frame)
-
-    def retarded(self, system: SystemLike, times: Floats, vectors: Floats, rate: Floats, u: Floats) -> Floats:
-        """Return vectors (M, 3) to the stations that account for the light time within the Earth, if they are on it."""
-        return vectors if self._earth is None else self._earth.retarded(system, times, vectors, rate, u)
-
 
 class StationPaths:
-    """The paths of the stations of K rows: quartic polynomials about the times of the rows.
+    """The paths of the stations of K rows: quartic polynomials about the times (K,) of the rows.
 
-    Parameters
-    ----------
-    times : ndarray, (K,)
-    step : float
-        The time between the nodes. The Earth turns by 7e-5 rad in a second, so that the error after n steps of s
-        seconds is below (7e-5 n s)^5 of its radius.
-    places : callable
-        The function from times (K,) to the vectors (K, 3) from the barycentre to the stations, and to unit vectors
-        (K, 3) to the star.
+    The function ``positions`` from times (K,) to vectors (K, 3) from the barycentre to the stations and to unit vectors
+    (K, 3) to the star is called at nodes that are a ``step`` apart. The Earth rotates by 7e-5 rad in a second, so that
+    the error after n steps of s seconds is below (7e-5 n s)^5 of its radius.
     """
 
     def __init__(self, times: Floats, step: float, positions: Callable[[Floats], tuple[Floats, Floats]]) -> None:
         self._times = times
-        at_nodes = [positions(times + node * step) for node in _NODES]
         scale = step ** -np.arange(5.0)
-        # The vectors are long, and their changes are taken from that at the middle.
-        self._middle = tuple(part.copy() for part in at_nodes[2])
-        self._polynomials = tuple(
-            np.einsum(
-                "pn,nkx->pkx", scale[:, None] * _COEFFICIENTS, np.stack([item[k] - at_nodes[2][k] for item in at_nodes])
-            )
-            for k in (0, 1)
-        )
+        #: The vectors at the times, which are long, and the polynomials (4, K, 3) of their changes.
+        self._vectors, self._polynomials = [], []
+        for at_nodes in zip(*(positions(times + node * step) for node in _NODES), strict=True):
+            changes = np.stack([vectors - at_nodes[2] for vectors in at_nodes])
+            self._vectors.append(at_nodes[2].copy())
+            self._polynomials.append(np.einsum("pn,nkx->pkx", scale[:, None] * _COEFFICIENTS, changes))
 
-    def __call__(self, index: npt.NDArray[np.intp], times: Floats) -> Path:
+    def __call__(self, index: Indices, times: Floats) -> StationPath:
         """Return the path at times (M,) of rows with indices (M,)."""
-        since = (times - self._times[index])[:, None]
+        elapsed = (times - self._times[index])[:, None]
         position, star = (
-            middle[index] + _value(polynomial[:, index], since)
-            for middle, polynomial in zip(self._middle, self._polynomials, strict=True)
+            vectors[index] + np.polynomial.polynomial.polyval(elapsed, polynomial[:, index], tensor=False)
+            for vectors, polynomial in zip(self._vectors, self._polynomials, strict=True)
         )
         rate = np.arange(1.0, 5.0)[:, None, None] * self._polynomials[0][1:, index]
-        return Path(position, _value(rate, since), star)
-
-
-def _value(coefficients: Floats, since: Floats) -> Floats:
-    """Return the values (M, 3) of polynomials with coefficients (P, M, 3), from the lowest power on."""
-    value = coefficients[-1]
-    for part in coefficients[-2::-1]:
-        value = value * since + part
-    return value
+        return StationPath(position, np.polynomial.polynomial.polyval(elapsed, rate, tensor=False), star)

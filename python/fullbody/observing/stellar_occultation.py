@@ -6,16 +6,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
+from ..base.figures import unit_of
 from ..base.foreign import are_dates
 from ..errors import InvalidInput
 from ..record.record import Record
-from .chord_tables import COLUMNS, arguments_of_columns, to_table
 from .koala import read_koala
 from .occult import read_occult, write_occult
 from .pictures import draw_chords
 from .predicted_chords import PredictedChords
-from .report import Report, reports_of
-from .sodis import read_sodis, write_sodis
+from .report import Report, read_sodis, reports_of, write_sodis
 
 
 class StellarOccultation(PredictedChords):
@@ -57,9 +56,9 @@ class StellarOccultation(PredictedChords):
     -----
     A body hides the star as for :func:`occultation_chords`. Residuals are observed minus predicted times. If the
     predicted chord is shorter than a quarter of the observed one, or than twice the standard error, half its duration
-    is continued linearly in its square, also where the body misses the station, so that a fit finds its way back.
+    is continued linearly in its square, also where the body misses the station, so that a fit can return from there.
     A miss has the residual zero unless a body hides the star in the watched interval; then it is minus the time in
-    which the line of sight would leave the body by the shortest way.
+    which the line of sight would leave the body by the shortest path.
 
     Predicted times are not linear in the offset. It is found at the least chi2 for each run, by iterations that
     integrate nothing, and the predictions are linear about it. With one chord, the body may be on either side of it.
@@ -82,8 +81,6 @@ class StellarOccultation(PredictedChords):
     >>> data.residuals(run).shape, list(data.linear_values(run))
     ((5,), ['offset east', 'offset north'])
     """
-
-    _columns = COLUMNS
 
     def __init__(
         self,
@@ -110,8 +107,8 @@ class StellarOccultation(PredictedChords):
         """Read the chords of an event from a file in the format of KOALA, which ADAM reads too.
 
         Such a file has the vector from the body to the Earth and its rate of change, and for each chord two times,
-        their errors in s, and the places of the station at both times, to the west and to the north in the plane of the
-        sky that moves with the shadow.
+        their errors in s, and the positions of the station at both times, to the west and to the north in the plane of
+        the sky that moves with the shadow.
 
         Parameters
         ----------
@@ -121,7 +118,7 @@ class StellarOccultation(PredictedChords):
         event : int, optional
             The index of the event, in a file with several.
         offset : "free" or (east, north)
-            As for the class; it counts from the mean of the places of the file.
+            As for the class; it counts from the mean of the positions in the file.
         scale : str
             The time scale of the file's dates.
 
@@ -245,20 +242,6 @@ class StellarOccultation(PredictedChords):
         kinds = ["satellite" if satellite is not None and body == satellite else "main" for body in self.body]
         return reports_of(self.stations.locations, chords, self.errors_of_chords.to_value("s"), watched, kinds, names)
 
-    def to_table(self) -> Any:
-        """Return the chords as an astropy ``QTable`` with a row for each station, which ``from_table`` reads.
-
-        It has the columns ``disappearance`` and ``reappearance``, masked where they were not timed, their standard
-        errors ``sigma_disappearance`` and ``sigma_reappearance``, ``body``, and the places of the stations:
-        ``longitude``, ``latitude`` and ``height`` on the Earth, or ``x``, ``y`` and ``z``.
-        """
-        chords, watched = self.chords
-        return to_table(self.stations, chords, watched, self.errors_of_chords, self.body)
-
-    @classmethod
-    def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
-        return arguments_of_columns(read)
-
     def predict(self, run: Record, linear: Mapping[str, Any] | None = None) -> Any:
         """Compute the times of the contacts that were observed, from a run.
 
@@ -272,10 +255,10 @@ class StellarOccultation(PredictedChords):
         Returns
         -------
         astropy Time, Quantity or ndarray, (K,)
-            Times of the kind of ``times``; a miss has the middle of its interval, later by minus its residual.
+            Times of the kind of ``times``; a miss has the middle of its interval minus its residual.
         """
-        later = self._attach(self._solved(run, linear)[0], run.system)
-        return self.times + later if not are_dates(self.times) else self.times + later.to("s")
+        change = self._attach(self._solved(run, linear)[0], run.system)
+        return self.times + (change.to("s") if are_dates(self.times) else change)
 
     def identified(self, run: Record) -> tuple[str, ...]:
         """Return for each of the K rows the name of the body that was compared with it.
@@ -285,7 +268,8 @@ class StellarOccultation(PredictedChords):
         run : Run
             A run as for :meth:`predict`.
         """
-        return tuple(run.context.names[body] for body in self.solution(run).chosen)
+        _, solution = self._solved_event(run.system, self._states(run))
+        return tuple(run.context.names[body] for body in solution.body)
 
     def plot(self, run: Record, axes: Any = None, *, linear: Mapping[str, Any] | None = None, **kwargs: Any) -> Any:
         """Draw the chords in the plane of the sky beside the outlines of the bodies, with the offset that fits best.
@@ -308,4 +292,5 @@ class StellarOccultation(PredictedChords):
         """
         if linear is not None:
             raise InvalidInput("linear is given; expected None, since the picture shows the offset with the least chi2")
-        return draw_chords(self, run, axes, kwargs)
+        unit = unit_of(run.context.units.attach(1.0, "length"))
+        return draw_chords(self._picture(run), unit, axes, kwargs)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -12,35 +13,25 @@ from ..model.context import SystemLike
 from ..typing import Floats
 from .brightness import Epochs, Photometer
 from .data import Observations
+from .laws import Law
 from .light_curve import epochs_at
 from .states import DISTANT, RetardedStates
 from .vectors import local_geometry
 
-if TYPE_CHECKING:
-    from .laws import Law
-
 
 class SunlitObservations(Observations):
-    """Base of observations of the light of all bodies of a system together.
-
-    Attributes
-    ----------
-    law, albedo, mutual, sun_radius
-        Options of :func:`brightness`.
-    """
+    """Base of observations of the light of all bodies of a system together."""
 
     #: What is observed, with its article, for errors.
-    _observed_what = "a magnitude"
+    _quantity = "a magnitude"
+    _depends_on_figures = True
 
-    def _sunlit(self, law: Law | dict[str, Law], albedo: Any, mutual: bool, sun_radius: Any) -> None:
+    def _set_light_options(self, law: Law | dict[str, Law], albedo: Any, mutual: bool, sun_radius: Any) -> None:
         """Keep the options of the light, after checking that the geometry has the Sun."""
         if not self.geometry.has_sun:
-            raise InvalidInput(f"geometry of {self._what()} has no Sun; give to_sun=")
+            raise InvalidInput(f"geometry of {type(self).__name__} has no Sun; give to_sun=")
         flag(mutual, "mutual")
         self.law, self.albedo, self.mutual, self.sun_radius = law, albedo, mutual, sun_radius
-
-    def _depends_on_figures(self) -> bool:
-        return True
 
     def _photometer(self, system: SystemLike) -> Photometer:
         return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
@@ -49,16 +40,23 @@ class SunlitObservations(Observations):
         """Return what a photometer sees at the observations, after checking that observer and Sun are far enough."""
         return epochs_at(system, local_geometry(self.geometry, system), states, retarded, DISTANT, DISTANT)
 
+    def _direct_partials(
+        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str], known: dict[str, Floats]
+    ) -> dict[str, Floats]:
+        """Return derivatives (K, C) with respect to parameters at given states, of which some are known by name."""
+        return {name: known[name] if name in known else self._partial(system, states, name) for name in parameters}
+
     def _total(self, light: Floats) -> Floats:
         """Return the light (K,) of all bodies together, (K, N), after checking that there is some."""
         total = light.sum(axis=1)
         if not (total > 0.0).all():
-            dark = f"no light comes from the system at {self.times[np.argmin(total)]}"
-            raise InvalidInput(f"{dark}, but {self._observed_what} was observed")
+            raise InvalidInput(
+                f"no light comes from the system at {self.times[np.argmin(total)]}, but {self._quantity} was observed"
+            )
         return np.asarray(total)
 
 
-def by_states(
+def derivatives_by_states(
     system: SystemLike, states: dict[str, Floats], retarded: RetardedStates, position: Floats, rotation: Floats
 ) -> tuple[Floats, Floats]:
     """Return the derivatives of K numbers with respect to states, (K, 12 N), and to masses, (K, N).
@@ -70,18 +68,15 @@ def by_states(
     distances of observer and Sun are given.
     """
     to_observer = retarded.observer[:, None] - retarded.centre
-    toward = to_observer / np.linalg.norm(to_observer, axis=-1, keepdims=True)
-    later = np.sum(position * retarded.velocity + rotation * states["spin"], axis=-1)
-    speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
-    position = position + toward * (later / speed)[..., None]
+    direction = to_observer / np.linalg.norm(to_observer, axis=-1, keepdims=True)
+    by_time = np.sum(position * retarded.velocity + rotation * states["spin"], axis=-1)
+    speed = retarded.light_speed - np.sum(direction * retarded.velocity, axis=-1)
+    position = position + direction * (by_time / speed)[..., None]
     elapsed, weights = retarded.elapsed[..., None], (system.context.masses / system.context.masses.sum())[:, None]
-    moving, (turned, spin) = elapsed * position, _by_rotation(elapsed * states["spin"], rotation)
-    parts = [
-        position - weights * position.sum(axis=1, keepdims=True),
-        moving - weights * moving.sum(axis=1, keepdims=True),
-        turned,
-        elapsed * spin,
-    ]
+    by_attitude, by_spin = _by_rotation(elapsed * states["spin"], rotation)
+    # A change of a position or a velocity moves the barycentre too.
+    moved = (part - weights * part.sum(axis=1, keepdims=True) for part in (position, elapsed * position))
+    parts = [*moved, by_attitude, elapsed * by_spin]
     by_barycentre = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()
     return np.concatenate(parts, axis=-1).reshape(len(to_observer), -1), -by_barycentre
 
@@ -94,10 +89,11 @@ def _by_rotation(angle: Floats, rotation: Floats) -> tuple[Floats, Floats]:
     of its vector to a rotation after it.
     """
     size = np.linalg.norm(angle, axis=-1, keepdims=True)
-    once = np.cross(angle, rotation)
-    twice = np.cross(angle, once)
+    first = np.cross(angle, rotation)
+    second = np.cross(angle, first)
+    # The coefficients sin(x) / x, (1 - cos(x)) / x^2 and (x - sin(x)) / x^3 of the size x are finite at zero.
     half = 0.5 * np.sinc(0.5 * size / np.pi) ** 2
-    small = size < 1e-2
-    cube = np.where(small, 1.0, size) ** 3
-    sixth = np.where(small, (1.0 - size**2 / 20.0) / 6.0, (size - np.sin(size)) / cube)
-    return rotation + np.sinc(size / np.pi) * once + half * twice, rotation + half * once + sixth * twice
+    is_small = size < 1e-2
+    cube = np.where(is_small, 1.0, size) ** 3
+    sixth = np.where(is_small, (1.0 - size**2 / 20.0) / 6.0, (size - np.sin(size)) / cube)
+    return rotation + np.sinc(size / np.pi) * first + half * second, rotation + half * first + sixth * second

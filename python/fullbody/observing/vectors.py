@@ -37,7 +37,7 @@ class Vectors:
     ) -> None:
         flag(light_time, "light_time")
         if frame is not None:
-            turn("equatorial", frame)
+            cached_rotation("equatorial", frame)
         self.frame = frame
         self.light_time = bool(light_time)
         #: The date of the zero of the axis, TDB, if times are dates.
@@ -49,8 +49,8 @@ class Vectors:
             raise InvalidInput(f"times has shape {axis.shape}; expected (K,), one time or more")
         order = np.argsort(axis, kind="stable")
         self._times = axis[order]
-        if (twice := np.flatnonzero(np.diff(self._times) == 0.0)).size:
-            raise InvalidInput(f"times has {self._attached_time(self._times[twice[0]])} twice; expected distinct times")
+        if (equal := np.flatnonzero(np.diff(self._times) == 0.0)).size:
+            raise InvalidInput(f"times has {self._attached_time(self._times[equal[0]])} twice; expected distinct times")
         vectors = {"to_observer": as_quantity(to_observer, "to_observer", "length")}
         if to_sun is not None:
             vectors["to_sun"] = as_quantity(to_sun, "to_sun", "length")
@@ -78,8 +78,8 @@ class Vectors:
         if first:
             self._second = 1.0 if is_quantity(times) else None
         elif is_quantity(times) != (self._second is not None):
-            wanted = "a plain number" if self._second is None else "a Quantity"
-            raise InvalidInput(f"time is {shown(times)}; expected {wanted}, as the geometry has them")
+            expected = "a plain number" if self._second is None else "a Quantity"
+            raise InvalidInput(f"time is {shown(times)}; expected {expected}, as the geometry has them")
         return (UNITLESS if self._second is None else Units(("km", "s", "kg"))).numbers(times, "time", "times")
 
     def _vectors(self, vectors: Any, what: str, order: Any) -> Floats:
@@ -97,8 +97,8 @@ class Vectors:
     def _attached_time(self, time: float) -> Any:
         if self._origin is None and self._second is None:
             return float(time)
-        since = time * unit_named("s")
-        return since if self._origin is None else self._origin + since
+        elapsed = time * unit_named("s")
+        return elapsed if self._origin is None else self._origin + elapsed
 
     def to_observer(self, times: Any) -> Array:
         """Return vectors from the system's barycentre to the observer, in the geometry's frame.
@@ -146,8 +146,8 @@ class Vectors:
         outside = (axis < self._ends[0] - slack) | (axis > self._ends[1] + slack)
         if np.any(outside):
             first, last = self.span
-            when = self._attached_time(float(np.atleast_1d(axis)[np.atleast_1d(outside)][0]))
-            raise InvalidInput(f"time {when} is outside the span of the geometry, {first} to {last}")
+            time = self._attached_time(float(np.atleast_1d(axis)[np.atleast_1d(outside)][0]))
+            raise InvalidInput(f"time {time} is outside the span of the geometry, {first} to {last}")
         if len(self._times) == 1:
             vectors = np.broadcast_to(table[0] if derivative == 0 else np.zeros(3), (*axis.shape, 3))
             return np.array(vectors, dtype=np.float64)
@@ -157,9 +157,9 @@ class Vectors:
                 from scipy.interpolate import CubicSpline
 
             spline = self._cache[id(table)] = CubicSpline(self._times, table, axis=0)
-        after = np.clip(np.searchsorted(self._times, axis), 1, len(self._times) - 1)
-        apart = np.minimum(np.abs(axis - self._times[after - 1]), np.abs(axis - self._times[after]))
-        if derivative or np.any(apart > slack):
+        row = np.clip(np.searchsorted(self._times, axis), 1, len(self._times) - 1)
+        gap = np.minimum(np.abs(axis - self._times[row - 1]), np.abs(axis - self._times[row]))
+        if derivative or np.any(gap > slack):
             self._warn_if_coarse(table)
         return np.asarray(spline(axis, derivative), dtype=np.float64)
 
@@ -195,12 +195,21 @@ class Vectors:
         return f"{type(self).__name__}({len(self._times)} times from {first} to {last}{sun})"
 
 
-def turn(origin: Any, target: Any) -> Floats:
+_named_rotation = functools.cache(rotation)
+
+
+def cached_rotation(origin: Any, target: Any) -> Floats:
     """Return the matrix of :func:`fullbody.frames.rotation`, which is cached for frames that are named."""
-    return _turn(origin, target) if isinstance(origin, str) and isinstance(target, str) else rotation(origin, target)
+    return (_named_rotation if isinstance(origin, str) and isinstance(target, str) else rotation)(origin, target)
 
 
-_turn = functools.cache(rotation)
+def rotation_to_system(frame: Any, system: SystemLike, what: str) -> Floats:
+    """Return the matrix (3, 3) from a frame to the axes of a system; ``what`` names in an error what needs these."""
+    if system.context.frame is None:
+        raise InvalidInput(
+            f"{what} needs the axes of the system, which are not known; give fullbody.System(..., frame='ecliptic')"
+        )
+    return cached_rotation(frame, system.context.frame)
 
 
 def local_geometry(geometry: Vectors, system: SystemLike) -> SystemGeometry:
@@ -221,45 +230,42 @@ class SystemGeometry:
 
     def __init__(self, geometry: Vectors, system: SystemLike) -> None:
         self._geometry = geometry
-        self._late, self._rate, self._length, self._rotation = 0.0, 1.0, 1.0, np.eye(3)
+        #: The time zero of the system, its unit of time and its unit of length in those of the geometry.
+        self._zero, self._second, self._length, self._rotation = 0.0, 1.0, 1.0, np.eye(3)
         if geometry._origin is not None:
-            self._late = float((system_epoch(system, "a geometry with dates") - geometry._origin).to_value("s"))
+            self._zero = float((system_epoch(system, "a geometry with dates") - geometry._origin).to_value("s"))
         if geometry._second is not None:
-            self._rate = seconds(system, "a geometry with units of time")
+            self._second = seconds(system, "a geometry with units of time")
         if geometry._km is not None:
             self._length = kilometres(system, "a geometry with units of length")
         if geometry.frame is not None:
-            if system.context.frame is None:
-                raise InvalidInput(
-                    f"the geometry is in the frame {geometry.frame!r}, and that of the system is not known; "
-                    "give fullbody.System(..., frame='ecliptic')"
-                )
-            self._rotation = turn(geometry.frame, system.context.frame)
+            what = f"a geometry in the frame {geometry.frame!r}"
+            self._rotation = rotation_to_system(geometry.frame, system, what)
         self.light_speed = np.inf
         self.distant = not geometry.light_time and geometry._km is None
         if geometry.light_time:
             what = "the light time (light_time=True of the geometry)"
             self.light_speed = LIGHT_SPEED / kilometres(system, what) * seconds(system, what)
 
-    def _find(self, table: Floats, times: Floats, derivative: int = 0) -> Floats:
-        vectors = self._geometry._at(table, times * self._rate + self._late, derivative)
-        return np.asarray(vectors @ self._rotation.T / self._length * self._rate**derivative)
+    def _evaluate(self, table: Floats, times: Floats, derivative: int = 0) -> Floats:
+        vectors = self._geometry._at(table, times * self._second + self._zero, derivative)
+        return np.asarray(vectors @ self._rotation.T / self._length * self._second**derivative)
 
     def observer(self, times: Floats) -> Floats:
         """Return vectors (..., 3) from the barycentre to the observer at times (...) of the system's clock."""
-        return self._find(self._geometry._observer, times)
+        return self._evaluate(self._geometry._observer, times)
 
     def observer_velocity(self, times: Floats) -> Floats:
         """Return rates of change (..., 3) of the vectors to the observer."""
-        return self._find(self._geometry._observer, times, 1)
+        return self._evaluate(self._geometry._observer, times, 1)
 
     def sun(self, times: Floats) -> Floats:
         """Return vectors (..., 3) from the barycentre to the Sun at times (...) of the system's clock."""
-        return self._find(self._geometry._sun_table(), times)
+        return self._evaluate(self._geometry._sun_table(), times)
 
     def sun_velocity(self, times: Floats) -> Floats:
         """Return rates of change (..., 3) of the vectors to the Sun."""
-        return self._find(self._geometry._sun_table(), times, 1)
+        return self._evaluate(self._geometry._sun_table(), times, 1)
 
     def emission(self, arrival: Any) -> Floats:
         """Return the times (...) at which the light that arrives at given times left the barycentre."""
@@ -269,7 +275,7 @@ class SystemGeometry:
         return np.asarray(times - np.linalg.norm(self.observer(times), axis=-1) / self.light_speed)
 
     def arrival(self, times: Any, position: Any = 0.0) -> Floats:
-        """Return times (...) at which light from the barycentre, or from places (..., 3), arrives at the observer."""
+        """Return times (...) at which light from the barycentre, or positions (..., 3), arrives at the observer."""
         emitted = np.asarray(times, dtype=np.float64)
         if np.isinf(self.light_speed):
             return emitted
@@ -277,18 +283,32 @@ class SystemGeometry:
         arrived = emitted
         for _ in range(_ITERATIONS):
             # Before the iteration has converged a time may be a little outside the span.
-            way = np.linalg.norm(self.observer(np.clip(arrived, low, high)) - position, axis=-1)
-            arrived = emitted + way / self.light_speed
+            distance = np.linalg.norm(self.observer(np.clip(arrived, low, high)) - position, axis=-1)
+            arrived = emitted + distance / self.light_speed
         return np.asarray(np.clip(arrived, low, high))
 
     def ends(self) -> tuple[float, float]:
         """Return the first and the last time of observation."""
-        first, last = ((end - self._late) / self._rate for end in self._geometry._ends)
+        first, last = ((end - self._zero) / self._second for end in self._geometry._ends)
         return first, last
+
+    def common_span(self, system: SystemLike, first: float, last: float) -> tuple[float, float]:
+        """Return the times of observation of a run from a first to a last time, after checking that there are some."""
+        begin, end = self.ends()
+        common = max(begin, float(self.arrival(first))), min(end, float(self.arrival(last)))
+        if not common[0] < common[1]:
+            first_text, last_text, begin_text, end_text = (
+                str(system.context.units.attach(time, "time")) for time in (first, last, begin, end)
+            )
+            raise InvalidInput(
+                f"the run, from {first_text} to {last_text}, and the geometry, from {begin_text} to {end_text} at the "
+                "observer, have no time in common"
+            )
+        return common
 
     def rows(self) -> Floats:
         """Return the times of observation of the rows of the table."""
-        return np.asarray((self._geometry._times - self._late) / self._rate)
+        return np.asarray((self._geometry._times - self._zero) / self._second)
 
     def delays(self, observer: Floats, position: Floats, velocity: Floats) -> Floats:
         """Return the delays (..., N) of the light of bodies on straight lines relative to light from the barycentre.
@@ -299,7 +319,8 @@ class SystemGeometry:
         if np.isinf(self.light_speed):
             return np.zeros(position.shape[:-1])
         c, d = self.light_speed, observer[..., None, :]
-        nearer = np.einsum("...x,...x->...", position, 2.0 * d - position)
-        away = np.linalg.norm(d, axis=-1) * c - np.einsum("...x,...x->...", d - position, velocity)
-        square = c * c - np.einsum("...x,...x->...", velocity, velocity)
-        return np.asarray(nearer / (away + np.sqrt(away * away - square * nearer)))
+        # The equation is a t^2 - 2 b t + e = 0.
+        a = c * c - np.einsum("...x,...x->...", velocity, velocity)
+        b = np.linalg.norm(d, axis=-1) * c - np.einsum("...x,...x->...", d - position, velocity)
+        e = np.einsum("...x,...x->...", position, 2.0 * d - position)
+        return np.asarray(e / (b + np.sqrt(b * b - a * e)))

@@ -11,7 +11,7 @@ from ..base.figures import full_option_names, legend, line, single
 from ..base.kinds import whole_number
 from ..observing.light_curve import light_curve as magnitudes
 from ..observing.mutual import mutual_events
-from ..observing.times import in_system
+from ..observing.times import to_system_times
 from ..record.record import Record
 from ..typing import Floats
 from ._style import RunPlots, label, label_of, rounded
@@ -60,7 +60,7 @@ def light_curve(
         :func:`fullbody.observing.light_curve`; others to ``Axes.plot``.
     """
     run, options = plots.run, {name: kwargs.pop(name) for name in _OF_LIGHT if name in kwargs}
-    moments = np.atleast_1d(in_system(times, run.system, "times"))
+    moments = np.atleast_1d(to_system_times(times, run.system, "times"))
     per_body = magnitudes(run, times, geometry, per_body=True, **options)
     with np.errstate(divide="ignore"):
         total = -2.5 * np.log10(np.sum(10.0 ** (-0.4 * per_body), axis=1))
@@ -101,7 +101,7 @@ def _times_of_views(views: Any, run: Record, moments: Floats) -> Floats:
     if np.ndim(views) == 0 and not hasattr(views, "unit"):
         count = whole_number(views, "views", 0)
         return moments.min() + (np.arange(count) + 0.5) / max(1, count) * np.ptp(moments)
-    return np.sort(np.atleast_1d(in_system(views, run.system, "views")))
+    return np.sort(np.atleast_1d(to_system_times(views, run.system, "views")))
 
 
 def _draw_views(ax: Any, run: Record, times: Floats, geometry: Vectors) -> None:

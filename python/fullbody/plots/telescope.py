@@ -139,7 +139,7 @@ class SkyFrames:
             PosedLimbs(limbs_of(self._run.system, body), centre, matrix)
             for body, (centre, matrix) in enumerate(zip(epochs.position[k], matrices(epochs.attitude[k]), strict=True))
         ]
-        toward, sunward = (v[k] / np.linalg.norm(v[k], axis=1, keepdims=True) for v in epochs.ways())
+        toward, sunward = (v[k] / np.linalg.norm(v[k], axis=1, keepdims=True) for v in epochs.vectors())
         distance = np.linalg.norm(epochs.to_observer[k] - epochs.position[k], axis=1)
         artists: list[Any] = []
         collection = figures.matplotlib("collections").PolyCollection

@@ -7,20 +7,11 @@ import numpy as np
 import pytest
 from astropy.time import Time
 from fullbody import observing
-from fullbody.errors import InvalidInput
-from support import DATA
+from support import DATA, refused_with
 
 ZACHIA = DATA / "observations" / "alcdef_zachia.txt"
-ABOUT = {
-    "OBJECTNUMBER": 999,
-    "OBJECTNAME": "Zachia",
-    "CONTACTNAME": "A. Person",
-    "CONTACTINFO": "person@example.org",
-    "OBSERVERS": "A. Person",
-    "FILTER": "C",
-    "MAGBAND": "R",
-    "STANDARD": "INTERNAL",
-}
+ABOUT = {"OBJECTNUMBER": 999, "OBJECTNAME": "Zachia", "CONTACTNAME": "A. Person", "CONTACTINFO": "person@example.org"}
+ABOUT |= {"OBSERVERS": "A. Person", "FILTER": "C", "MAGBAND": "R", "STANDARD": "INTERNAL"}
 HEAD = ["STARTMETADATA", "OBJECTNAME=Ceres", "SESSIONDATE=2011-09-13", "FILTER=C"]
 DATES = Time([2451400.5, 2451500.5, 2455817.5, 2455818.5], format="jd", scale="utc")
 #: The observer and the Sun at 2 and 3 au.
@@ -31,8 +22,13 @@ def geometry(light_time=True):
     return observing.Geometry(DATES, **VIEW, light_time=light_time)
 
 
-def refusal(text):
-    return pytest.raises(InvalidInput, match=re.escape(text))
+def read(path, light_time=True, **options):
+    return observing.read_alcdef(path, geometry=geometry(light_time), **options)
+
+
+def photometry(count=1, magnitude=7.0, sigma=0.1, **options):
+    options = {"geometry": geometry()} | options
+    return observing.Photometry(DATES[:count], [magnitude] * count, sigma, **options)
 
 
 def written(folder, *lines):
@@ -42,7 +38,7 @@ def written(folder, *lines):
 
 
 def test_a_file_of_the_archive_has_its_blocks_and_points():
-    result = observing.read_alcdef(ZACHIA, geometry=geometry(), airmass=True)
+    result = read(ZACHIA, airmass=True)
     text = ZACHIA.read_text()
     assert sum(map(len, result)) == text.count("DATA=24")
     assert len(result) == text.count("ENDDATA") == 4
@@ -53,22 +49,22 @@ def test_a_file_of_the_archive_has_its_blocks_and_points():
     assert (first.magnitude[0], first.sigma[0], first.airmass[0]) == (13.192, 0.008, 1.583)
     assert first.geometry.light_time
     assert not first.reduced
-    assert observing.read_alcdef(ZACHIA, geometry=geometry())[0].airmass is None
+    assert read(ZACHIA)[0].airmass is None
 
 
 def test_blocks_of_old_files_end_without_a_mark(tmp_path):
     lines = [line for line in ZACHIA.read_text().splitlines() if line != "ENDDATA"]
     index = lines.index("ENDMETADATA")
     lines[index:index] = ["EPOCH=J2000.0", "EPOCH=J2000.0", "MPCCODE="]
-    result = observing.read_alcdef(written(tmp_path, *lines), geometry=geometry())
-    for first, other in zip(result, observing.read_alcdef(ZACHIA, geometry=geometry()), strict=True):
+    result = read(written(tmp_path, *lines))
+    for first, other in zip(result, read(ZACHIA), strict=True):
         assert np.array_equal(first.magnitude, other.magnitude)
 
 
-def test_constants_of_a_block_are_undone(tmp_path):
+def test_constant_corrections_of_a_block_are_removed(tmp_path):
     words = ["LTCAPP=AVERAGE", "LTCTYPE=LIGHTTIME", "LTCDAYS=-0.01099", "REDUCEDMAGS=AVERAGE", "UCORMAG=-3.697"]
     lines = [*HEAD, *words, "MAGADJUST=+0.040", "ENDMETADATA", "DATA=2455817.7|7.3|+0.004", "ENDDATA"]
-    (result,) = observing.read_alcdef(written(tmp_path, *lines), geometry=geometry())
+    (result,) = read(written(tmp_path, *lines))
     # JD(at the asteroid) = JD(at the Earth) + LTCDAYS; reduced = observed + UCORMAG.
     assert abs(result.times[0].jd - 2455817.71099) < 1e-9
     assert np.isclose(result.magnitude[0], 7.3 + 3.697 + 0.04, rtol=1e-14)
@@ -78,11 +74,11 @@ def test_constants_of_a_block_are_undone(tmp_path):
 def test_corrections_point_by_point_need_a_geometry_at_the_asteroid(tmp_path):
     words = ["LTCAPP=POINT", "LTCTYPE=LIGHTTIME", "LTCDAYS=-0.01099", "REDUCEDMAGS=POINT", "DELIMITER=TAB"]
     path = written(tmp_path, *HEAD, *words, "ENDMETADATA", "DATA=2455817.7\t7.3\t0.004", "ENDDATA")
-    (result,) = observing.read_alcdef(path, geometry=geometry(light_time=False))
+    (result,) = read(path, False)
     assert result.reduced
     assert abs(result.times[0].jd - 2455817.7) < 1e-9
-    with refusal("curves.txt, line 1: times of the block are less light time, by LTCAPP=POINT; expected a geometry"):
-        observing.read_alcdef(path, geometry=geometry())
+    message = "curves.txt, line 1: times of the block are less light time, by LTCAPP=POINT; expected a geometry"
+    refused_with(message, lambda: read(path))
 
 
 @pytest.mark.parametrize("light_time", [True, False])
@@ -96,7 +92,7 @@ def test_written_light_curves_are_read_back(tmp_path, light_time, reduced):
     data = observing.Photometry(times, originals[0], originals[1], **options)
     path = tmp_path / "curves.txt"
     observing.write_alcdef(path, data, ABOUT)
-    result = observing.read_alcdef(path, geometry=geometry(light_time), airmass=True)
+    result = read(path, light_time, airmass=True)
     assert [len(curve) for curve in result] == [30, 20]
     for curve, rows in zip(result, (slice(30), slice(30, None)), strict=True):
         assert np.abs((curve.times - times[rows]).to_value("s")).max() < 0.5e-3
@@ -118,28 +114,25 @@ def test_light_curves_of_damit_go_into_alcdef(tmp_path):
     data = observing.read_damit(DATA / "damit" / "lc.txt", sigma="estimate")
     path = tmp_path / "ariadne.txt"
     observing.write_alcdef(path, data, ABOUT | {"OBJECTNUMBER": 43, "OBJECTNAME": "Ariadne", "STANDARD": "NONE"})
-    (first,) = observing.read_alcdef(_first_block(path, tmp_path), geometry=data[0].geometry)
+    first_block = written(tmp_path, path.read_text().partition("ENDDATA")[0])
+    (first,) = observing.read_alcdef(first_block, geometry=data[0].geometry)
     assert np.abs(first.magnitude - data[0].magnitude).max() < 1e-6
     assert np.abs((first.times - data[0].times).to_value("s")).max() < 1e-3
-
-
-def _first_block(path, folder):
-    return written(folder, path.read_text().partition("ENDDATA")[0])
 
 
 def test_points_without_errors_need_them(tmp_path):
     rows = [f"DATA={2455817.5 + 0.002 * k}|{7.3 + 0.01 * (k % 3)}" for k in range(20)]
     path = written(tmp_path, *HEAD, "ENDMETADATA", *rows)
-    (result,) = observing.read_alcdef(path, geometry=geometry(), sigma="estimate")
+    (result,) = read(path, sigma="estimate")
     assert 0.005 < result.sigma[0] < 0.03
-    assert (observing.read_alcdef(path, geometry=geometry(), sigma=0.02)[0].sigma == 0.02).all()
+    assert (read(path, sigma=0.02)[0].sigma == 0.02).all()
     with pytest.warns(UserWarning, match="no standard errors"):
-        observing.read_alcdef(path, geometry=geometry())
+        read(path)
     path = written(tmp_path, *HEAD, "ENDMETADATA", *rows, "DATA=2455817.9|7.3|0.01")
-    with refusal("line 1: the block of 2011-09-13 C has points without errors, and others have them; give sigma="):
-        observing.read_alcdef(path, geometry=geometry())
-    with refusal("line 1: the block of 2011-09-13 C has points without an airmass; expected airmass=False"):
-        observing.read_alcdef(path, geometry=geometry(), sigma=0.02, airmass=True)
+    message = "line 1: the block of 2011-09-13 C has points without errors, and others have them; give sigma="
+    refused_with(message, lambda: read(path))
+    message = "line 1: the block of 2011-09-13 C has points without an airmass; expected airmass=False"
+    refused_with(message, lambda: read(path, sigma=0.02, airmass=True))
 
 
 GOOD = [*HEAD, "ENDMETADATA", "DATA=2455817.7|7.3|0.004", "ENDDATA"]
@@ -167,15 +160,14 @@ GOOD = [*HEAD, "ENDMETADATA", "DATA=2455817.7|7.3|0.004", "ENDDATA"]
 )
 def test_files_of_another_form_are_refused_by_line(tmp_path, index, line, message):
     lines = [*GOOD[:index], line, *GOOD[index:]]
-    with refusal(message):
-        observing.read_alcdef(written(tmp_path, *lines), geometry=geometry())
+    refused_with(message, lambda: read(written(tmp_path, *lines)))
 
 
 def test_files_without_blocks_or_points_are_refused(tmp_path):
-    with refusal("the file has no line STARTMETADATA; expected a file of the format ALCDEF"):
-        observing.read_alcdef(written(tmp_path, ""), geometry=geometry())
-    with refusal("line 5: the file ends in the block of line 1; expected lines DATA=..."):
-        observing.read_alcdef(written(tmp_path, *GOOD[:5]), geometry=geometry())
+    message = "the file has no line STARTMETADATA; expected a file of the format ALCDEF"
+    refused_with(message, lambda: read(written(tmp_path, "")))
+    message = "line 5: the file ends in the block of line 1; expected lines DATA=..."
+    refused_with(message, lambda: read(written(tmp_path, *GOOD[:5])))
 
 
 @pytest.mark.parametrize(
@@ -191,29 +183,20 @@ def test_files_without_blocks_or_points_are_refused(tmp_path):
     ],
 )
 def test_metadata_of_another_form_are_refused(tmp_path, about, message):
-    data = observing.Photometry(DATES, [7.0, 7.0, 7.0, 7.0], 0.01, geometry=geometry())
-    with refusal(message):
-        observing.write_alcdef(tmp_path / "curves.txt", data, ABOUT | about)
+    refused_with(message, lambda: observing.write_alcdef(tmp_path / "curves.txt", photometry(4), ABOUT | about))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_data_that_the_format_cannot_hold_are_refused(tmp_path):
-    path = tmp_path / "curves.txt"
     unitless = observing.Geometry([0.0, 1.0], to_observer=[1.0, 0, 0], to_sun=[1.0, 1.0, 0], light_time=False)
-    with refusal("times of data are not dates"):
-        observing.write_alcdef(path, observing.Photometry([0.5], [7.0], 0.01, geometry=unitless), ABOUT)
     distant = observing.Geometry(DATES, to_observer=[1.0, 0, 0], to_sun=[1.0, 1.0, 0])
-    with refusal("the geometry of data has no units of length"):
-        observing.write_alcdef(path, observing.Photometry(DATES[:1], [7.0], 0.01, geometry=distant), ABOUT)
-    with refusal("sigma of data has the value 1e-07; expected errors from 1e-6 on"):
-        observing.write_alcdef(path, observing.Photometry(DATES[:1], [7.0], 1e-7, geometry=geometry()), ABOUT)
-    with refusal("airmass of data has the value -1"):
-        airy = observing.Photometry(DATES[:1], [7.0], 0.1, geometry=geometry(), airmass=[-1.0])
-        observing.write_alcdef(path, airy, ABOUT)
-    with refusal("data has the filters R, V; expected one, named by FILTER"):
-        two = observing.Photometry(DATES[:2], [7.0, 7.0], 0.1, geometry=geometry(), filter=["R", "V"])
-        observing.write_alcdef(path, two, ABOUT)
-    with refusal("data is None; expected a Photometry, or several"):
-        observing.write_alcdef(path, None, ABOUT)
-    with refusal("data is empty; expected one Photometry or more"):
-        observing.write_alcdef(path, [], ABOUT)
+    for message, data in (
+        ("times of data are not dates", observing.Photometry([0.5], [7.0], 0.01, geometry=unitless)),
+        ("the geometry of data has no units of length", photometry(geometry=distant)),
+        ("sigma of data has the value 1e-07; expected errors from 1e-6 on", photometry(sigma=1e-7)),
+        ("airmass of data has the value -1", photometry(airmass=[-1.0])),
+        ("data has the filters R, V; expected one, named by FILTER", photometry(2, filter=["R", "V"])),
+        ("data is None; expected a Photometry, or several", None),
+        ("data is empty; expected one Photometry or more", []),
+    ):
+        refused_with(message, lambda data=data: observing.write_alcdef(tmp_path / "curves.txt", data, ABOUT))

@@ -16,15 +16,8 @@ UNITLESS = observing.Geometry([0.0, 100.0], to_observer=[1e6, 2e5, 4e5], light_t
 
 
 def radar(**options):
-    arguments = {
-        "times": [1.0, 2.0, 3.0],
-        "range": np.ones(3),
-        "sigma": 0.1,
-        "body": 1,
-        "about": 0,
-        "geometry": UNITLESS,
-    }
-    return observing.RadarAstrometry(**(arguments | options))
+    arguments = {"times": [1.0, 2.0, 3.0], "range": np.ones(3), "sigma": 0.1, "body": 1, "about": 0}
+    return observing.RadarAstrometry(**(arguments | {"geometry": UNITLESS} | options))
 
 
 def astrometry(**options):
@@ -36,8 +29,8 @@ def photometry(**options):
     return observing.Photometry(**({"times": TIMES, "magnitude": np.ones(3), "sigma": 0.1, "geometry": VIEW} | options))
 
 
-def polar(separation, angle, sigma=1 * u.mas, geometry=VIEW):
-    return observing.Astrometry.from_polar([1.0] * u.h, separation, angle, sigma, 0.1 * u.rad, geometry=geometry)
+def polar(separation, angle):
+    return observing.Astrometry.from_polar([1.0] * u.h, separation, angle, 1 * u.mas, 0.1 * u.rad, geometry=VIEW)
 
 
 def table(columns=("times", "east", "north", "sigma_east", "sigma_north"), **options):
@@ -89,6 +82,14 @@ def test_bad_radar_is_refused_by_name(options, message):
 )
 def test_bad_jitter_is_refused_by_name(jitter, message):
     refused(message, lambda: radar().with_jitter(jitter))
+
+
+def test_jitter_of_another_dimension_and_one_for_two_columns_are_refused():
+    km = {"range": np.ones(3) * u.km, "sigma": 75 * u.m}
+    refused("jitter has the unit s", radar(**km).with_jitter, 1 * u.s)
+    refused("jitter is -0.001; expected a standard deviation, zero or above", radar(**km).with_jitter, -1 * u.m)
+    both = km | {"range_rate": np.ones(3) * u.km / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
+    refused("jitter is not a pair", radar(**both).with_jitter, 1 * u.m)
 
 
 @pytest.mark.parametrize(

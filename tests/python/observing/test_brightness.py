@@ -108,8 +108,8 @@ def test_units_names_and_the_derivatives_of_phase_functions(pair):
     h, unit = 1e-5, s / np.linalg.norm(s)
     for k in range(3):
         shift = np.eye(3)[k] - unit * unit[k]
-        ways = unit + h * shift, unit - h * shift
-        ends = [observing.brightness(system, state, e, way, law=law, albedo=albedo) for way in ways]
+        vectors = unit + h * shift, unit - h * shift
+        ends = [observing.brightness(system, state, e, vector, law=law, albedo=albedo) for vector in vectors]
         np.testing.assert_allclose(result.to_sun[:, k], (ends[0] - ends[1]) / (2 * h), atol=1e-8)
     united = System([Body(Ellipsoid("1 km", "800 m", "600 m"), mass="1 kg")], units=True)
     single = State(np.zeros((1, 3)), np.zeros((1, 3)))
@@ -149,10 +149,10 @@ def test_derivatives_of_phase_functions_hold_up_to_180_degrees():
         bare, result = (observing.brightness_derivatives(system, state, e, s, law=law) for law in laws)
         factor = observing.HG(0.15)(np.array([angle]))[0]
         # The phase angle rises where the Sun's direction turns away from the observer's.
-        away = np.array([-np.sin(angle), np.cos(angle), 0])
-        expected = bare.to_sun[0] @ away * factor + bare.brightness[0] * slope(angle)
+        perpendicular = np.array([-np.sin(angle), np.cos(angle), 0])
+        expected = bare.to_sun[0] @ perpendicular * factor + bare.brightness[0] * slope(angle)
         scale = abs(bare.brightness[0] * slope(angle))
-        assert abs(result.to_sun[0] @ away - expected) < 1e-9 * scale
+        assert abs(result.to_sun[0] @ perpendicular - expected) < 1e-9 * scale
 
 
 def test_faces_have_albedos_of_their_own():
@@ -197,14 +197,14 @@ def test_light_is_finite_where_outlines_are_tangent(aside):
         assert ((result.brightness >= 0.0) & (result.brightness < 1.6)).all()
 
 
-def test_what_is_wrong_is_named(pair):
+def test_bad_arguments_of_brightness_are_refused_by_name(pair):
     system, state = pair
     good = {"to_observer": [1, 0, 0], "to_sun": [1, 0.2, 0]}
 
     class Own(Law):
         pass
 
-    for told, arguments in (
+    for message, arguments in (
         ("to_sun has shape (2,)", {"to_sun": [1, 0]}),
         ("to_observer", {"to_observer": [0, 0, 0]}),
         ("to_observer", {"to_observer": [np.nan, 0, 0]}),
@@ -219,7 +219,7 @@ def test_what_is_wrong_is_named(pair):
         ("mutual", {"mutual": "yes"}),
         ("sun_radius", {"sun_radius": -1.0}),
     ):
-        with pytest.raises(fullbody.FullbodyError, match=re.escape(told)):
+        with pytest.raises(fullbody.FullbodyError, match=re.escape(message)):
             observing.brightness(system, state, **{**good, **arguments})
     near = state.replace(position=[[0, 0, 0], [0.3, 0, 0]])
     with pytest.raises(BodiesOverlap, match="A and B"):
@@ -248,7 +248,7 @@ def test_light_near_zero_phase_depends_on_the_orientation_of_the_scene_by_1e_11_
             for scene in (Rotation.identity(), Rotation.random(None, rng), Rotation.random(None, rng)):
                 attitude = (scene * rotations).as_quat(scalar_first=True)
                 state = fullbody.State(scene.apply(position), np.zeros((2, 3)), attitude)
-                ways = scene.apply([[1.0, 0.0, 0.0], [1.0, *(phase * side / np.linalg.norm(side))]])
-                results.append(observing.brightness(system, state, *ways))
-        unshadowed = observing.brightness(system, state, *ways, mutual=False)
+                vectors = scene.apply([[1.0, 0.0, 0.0], [1.0, *(phase * side / np.linalg.norm(side))]])
+                results.append(observing.brightness(system, state, *vectors))
+        unshadowed = observing.brightness(system, state, *vectors, mutual=False)
         assert (np.ptp(results, axis=0) < 3e-11 * unshadowed).all()

@@ -10,21 +10,19 @@ from astropy.time import Time
 from fullbody import observing
 from fullbody.observing.star import Star
 from scipy.optimize import brentq
-from support import reference, refused
+from support import body_list, reference, refused
 from support.meshes import box, torus
 
 #: The direction to the star, and the speed at which the observer passes, in km/s.
 STAR, SPEED, FAR = [0.0, 0.0, 1.0], 10.0, 1e8
 
 
-def at_rest(*shapes, attitude=None, position=None, spin=None, **options):
+def at_rest(*shapes, attitude=None, position=None, **options):
     """A run of bodies that hardly attract each other."""
-    bodies = [fullbody.Body(shape, mass=1e3, name=name) for shape, name in zip(shapes, "AB", strict=False)]
+    bodies = body_list(**{name: (shape, 1e3) for name, shape in zip("AB", shapes, strict=False)})
     system = fullbody.System(bodies, gravity="point", units=("km", "s", "kg"), **options)
-    count = len(shapes)
-    state = fullbody.State(
-        np.zeros((count, 3)) if position is None else position, np.zeros((count, 3)), attitude=attitude, spin=spin
-    )
+    zeros = np.zeros((len(shapes), 3))
+    state = fullbody.State(zeros if position is None else position, zeros, attitude=attitude)
     return system.integrate(state, 1200.0, dense=True)
 
 
@@ -39,10 +37,8 @@ def times(chords):
 
 
 def reference_run(case):
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name=name)
-        for axes, mass, name in zip(case["semi_axes"], case["mass"], "AB", strict=True)
-    ]
+    shapes = (fullbody.Ellipsoid(*axes) for axes in case["semi_axes"])
+    bodies = body_list(**dict(zip("AB", zip(shapes, case["mass"], strict=True), strict=True)))
     system = fullbody.System(bodies, G=case["G"], gravity="point", units=("km", "s", "kg"))
     state = fullbody.State(*(case[name] for name in ("position", "velocity", "attitude", "spin")))
     return system.integrate(state, case["geometry_times"][1], dense=True)
@@ -54,7 +50,7 @@ def reference_geometry(case):
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 @pytest.mark.parametrize("index", range(4))
-def test_chords_are_those_of_forty_digits(index):
+def test_chords_are_those_of_40_digit_arithmetic(index):
     case = reference("chords")["cases"][index]
     seen = sorted({chord["station"] for chord in case["chords"]})
     # The station 17 of the last case misses the body by one percent of its radius.
@@ -124,10 +120,10 @@ def test_edges_within_the_outline_of_a_rough_body_end_no_chord():
 
 
 def test_a_composite_hides_what_one_of_its_parts_hides():
-    apart = fullbody.Composite(
+    dumb_bell = fullbody.Composite(
         [fullbody.Part(fullbody.Sphere(1.0), mass=500.0, position=(x, 0.0, 0.0)) for x in (-3.0, 3.0)]
     )
-    body = fullbody.Body(apart, name="pair")
+    body = fullbody.Body(dumb_bell, name="pair")
     system = fullbody.System([body], units=("km", "s", "kg"))
     run = system.integrate(fullbody.State(np.zeros((1, 3)), np.zeros((1, 3))), 600.0, dense=True)
     result = times(observing.occultation_chords(run, STAR, [[0.0, 0.6, 0.0]] * u.km, passing()))
@@ -152,9 +148,8 @@ def test_a_graze_of_a_micrometre_is_found_and_a_miss_by_it_is_none():
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_a_body_hides_the_star_from_where_it_was_when_the_light_passed():
     # The body moves across at 1 km/s, and the light takes FAR / c.
-    body = fullbody.Body(fullbody.Sphere(5.0), mass=1.0, name="A")
-    far = fullbody.Body(fullbody.PointMass(), mass=1e12, name="B")
-    system = fullbody.System([body, far], G=1e-40, units=("km", "s", "kg"))
+    bodies = body_list(A=(fullbody.Sphere(5.0), 1.0), B=(fullbody.PointMass(), 1e12))
+    system = fullbody.System(bodies, G=1e-40, units=("km", "s", "kg"))
     state = fullbody.State([[0.0, 0.0, 0.0], [0.0, 1e5, 0.0]], [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     run = system.integrate(state, 700.0, dense=True)
     stations = [[0.0, -1e5, 0.0]] * u.km
@@ -174,10 +169,10 @@ def asteroid():
     """
     start = Time("2024-03-01T02:00:00", scale="utc")
     star = SkyCoord(160.0 * u.deg, 15.0 * u.deg)
-    toward = np.asarray(star.cartesian.xyz.value)
+    direction = np.asarray(star.cartesian.xyz.value)
     earth = get_body_barycentric("earth", start).xyz.to_value("km")
     velocity = np.array([-9.0, 12.0, 6.0])
-    middle = earth + 2e8 * toward - velocity * 2e8 / 299792.458 * -1.0 + np.array([300.0, 800.0, -200.0])
+    middle = earth + 2e8 * direction - velocity * 2e8 / 299792.458 * -1.0 + np.array([300.0, 800.0, -200.0])
 
     def body(seconds):
         return middle + np.multiply.outer(seconds, velocity)
@@ -196,18 +191,14 @@ def asteroid():
     geometry = observing.Geometry(
         start + rows * u.s, to_observer=(positions - body(emitted(positions, rows))) * u.km, frame="equatorial"
     )
-    return start, star, toward, body, earth_at, emitted, geometry
+    return start, star, direction, body, earth_at, emitted, geometry
 
 
 def test_stations_on_the_earth_see_what_the_frame_of_the_solar_system_has(asteroid):
-    start, star, toward, body, earth_at, emitted, geometry = asteroid
+    start, star, direction, body, earth_at, emitted, geometry = asteroid
     radius = 3000.0
-    system = fullbody.System(
-        [fullbody.Body(fullbody.Sphere(radius), mass=1e15, name="A")],
-        units=("km", "s", "kg"),
-        epoch=start,
-        frame="equatorial",
-    )
+    options = {"units": ("km", "s", "kg"), "epoch": start, "frame": "equatorial"}
+    system = fullbody.System(body_list(A=(fullbody.Sphere(radius), 1e15)), **options)
     # The light takes 670 s.
     run = system.integrate(fullbody.State(np.zeros((1, 3)), np.zeros((1, 3)), time=-2000.0), 500.0, dense=True)
     stations = EarthLocation.from_geodetic(
@@ -220,8 +211,8 @@ def test_stations_on_the_earth_see_what_the_frame_of_the_solar_system_has(astero
     def outside(t, station):
         seconds = np.array([t])
         position = earth_at(seconds)[0] + stations[station].get_gcrs_posvel(start + t * u.s)[0].xyz.to_value("km")
-        way = position - body(emitted(position, t))
-        return np.linalg.norm(way - (way @ toward) * toward) - radius
+        vector = position - body(emitted(position, t))
+        return np.linalg.norm(vector - (vector @ direction) * direction) - radius
 
     for chord in result:
         for time in (chord.disappearance.value, chord.reappearance.value):
@@ -230,23 +221,16 @@ def test_stations_on_the_earth_see_what_the_frame_of_the_solar_system_has(astero
 
 
 def test_a_star_has_its_proper_motion_and_its_parallax():
-    star = SkyCoord(
-        ra=50.0 * u.deg,
-        dec=-20.0 * u.deg,
-        distance=4.0 * u.pc,
-        pm_ra_cosdec=900.0 * u.mas / u.yr,
-        pm_dec=-400.0 * u.mas / u.yr,
-        radial_velocity=20.0 * u.km / u.s,
-        obstime=Time("J2016"),
-    )
+    motion = {"pm_ra_cosdec": 900.0 * u.mas / u.yr, "pm_dec": -400.0 * u.mas / u.yr}
+    motion |= {"radial_velocity": 20.0 * u.km / u.s, "obstime": Time("J2016")}
+    star = SkyCoord(ra=50.0 * u.deg, dec=-20.0 * u.deg, distance=4.0 * u.pc, **motion)
     when = Time("2026-05-01", scale="tdb")
-    system = fullbody.System(
-        [fullbody.Body(fullbody.Sphere(1.0), mass=1e3)], units=("km", "s", "kg"), epoch=when, frame="equatorial"
-    )
+    options = {"units": ("km", "s", "kg"), "epoch": when, "frame": "equatorial"}
+    system = fullbody.System(body_list((fullbody.Sphere(1.0), 1e3)), **options)
     geometry = passing(frame="equatorial")
     result = Star(star, geometry).directions(system, np.array([0.0]))[0]
-    moved = star.apply_space_motion(when).icrs.cartesian.xyz.to_value("km")
-    exact = moved - get_body_barycentric_posvel("earth", when)[0].xyz.to_value("km")
+    displaced = star.apply_space_motion(when).icrs.cartesian.xyz.to_value("km")
+    exact = displaced - get_body_barycentric_posvel("earth", when)[0].xyz.to_value("km")
     exact /= np.linalg.norm(exact)
     # Half a milliarcsecond remains of the light time of the star's own motion.
     assert np.linalg.norm(result - exact) < 3e-9
@@ -283,8 +267,8 @@ def test_tables_have_dates_where_the_system_has_an_epoch():
         ({"star": [0.0, 0.0, -1.0]}, "star is on the observer's side of the system"),
         ({"star": (1.0, 0.2)}, r"star is \(1.0, 0.2\), angles without a unit"),
         ({"star": "Vega"}, "star is 'Vega'"),
-        ({"star": SkyCoord([1.0, 2.0] * u.deg, [0.0, 0.0] * u.deg)}, "star has 2 places"),
-        ({"star": (10.0 * u.deg, 20.0 * u.deg)}, "axes of the system are not known"),
+        ({"star": SkyCoord([1.0, 2.0] * u.deg, [0.0, 0.0] * u.deg)}, "star has 2 positions"),
+        ({"star": (10.0 * u.deg, 20.0 * u.deg)}, "needs the axes of the system, which are not known"),
         (
             {"star": SkyCoord(1 * u.deg, 1 * u.deg, pm_ra_cosdec=1 * u.mas / u.yr, pm_dec=0 * u.mas / u.yr)},
             "without its date",

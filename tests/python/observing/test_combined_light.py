@@ -4,11 +4,11 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-import trimesh
 from fullbody import observing
 from fullbody.base import rotations
 from fullbody.observing.brightness import Epochs, Photometer
 from support import body_list, matrix, refused
+from support.meshes import box, icosphere
 
 AXES = np.array([3.0, 2.0, 1.0])
 ATTITUDE = np.array([0.4, -0.5, 0.6, np.sqrt(0.23)])
@@ -34,14 +34,14 @@ def summed(law, hidden, n=500):
     rotation = matrix(ATTITUDE)
     normals = sphere / AXES
     size = np.linalg.norm(normals, axis=1)
-    directions = [way / np.linalg.norm(way) for way in (SIGHT, SUN)]
-    mu, mu0 = (normals @ rotation.T @ way / size for way in directions)
+    directions = [vector / np.linalg.norm(vector) for vector in (SIGHT, SUN)]
+    mu, mu0 = (normals @ rotation.T @ vector / size for vector in directions)
     points = sphere * AXES @ rotation.T
     seen = (mu > 0.0) & (mu0 > 0.0)
-    for way in directions if hidden else ():
-        apart = CENTRE - points
-        along = apart @ way
-        seen &= ~((along > 0.0) & (np.sum(apart**2, axis=1) - along**2 < RADIUS**2))
+    for vector in directions if hidden else ():
+        separation = CENTRE - points
+        along = separation @ vector
+        seen &= ~((along > 0.0) & (np.sum(separation**2, axis=1) - along**2 < RADIUS**2))
     area = AXES.prod() * size * np.sin(theta).ravel() * (np.pi / n) ** 2
     light = np.where(seen, law(np.where(seen, mu, 1.0), np.where(seen, mu0, 1.0)), 0.0) * area
     return light.sum(), light @ points
@@ -68,8 +68,7 @@ def test_first_moments_of_an_ellipsoid_are_sums_over_its_surface(name, hidden):
 @pytest.mark.parametrize("hidden", [False, True])
 def test_first_moments_of_many_facets_approach_those_of_the_ellipsoid(hidden):
     law = observing.LommelSeeliger()
-    mesh = trimesh.creation.icosphere(subdivisions=5)
-    shape = fullbody.Polyhedron(mesh.vertices * AXES, mesh.faces)
+    shape = icosphere(5, AXES)
     frame = fullbody.Body(shape, mass=1.0).working_frame
     rotated = rotations.product(ATTITUDE, rotations.inverse(np.array(frame.attitude)))
     faceted = moments(shape, law, hidden, rotated)
@@ -79,8 +78,7 @@ def test_first_moments_of_many_facets_approach_those_of_the_ellipsoid(hidden):
 
 
 def test_light_of_an_ellipsoid_behind_facets_has_the_centre_of_what_is_left():
-    mesh = trimesh.creation.icosphere(subdivisions=4)
-    hider = fullbody.Polyhedron(mesh.vertices * RADIUS, mesh.faces)
+    hider = icosphere(4, RADIUS)
     law = observing.LommelSeeliger()
     result = moments(fullbody.Ellipsoid(*AXES), law, True, hider=hider)
     exact = moments(fullbody.Ellipsoid(*AXES), law, True)
@@ -89,13 +87,8 @@ def test_light_of_an_ellipsoid_behind_facets_has_the_centre_of_what_is_left():
     assert np.abs(exact[1:] / exact[0] - alone[1:] / alone[0]).max() > 5e-3
 
 
-def cube(side, height):
-    box = trimesh.creation.box((side, side, height))
-    return fullbody.Polyhedron(box.vertices, box.faces)
-
-
 def test_centre_of_light_of_a_half_hidden_square_is_that_of_the_other_half():
-    bodies = [fullbody.Body(cube(2.0, 2.0), mass=1.0, name="A"), fullbody.Body(cube(2.0, 1.0), mass=1.0, name="B")]
+    bodies = body_list(A=(box(2.0, 2.0, 2.0), 1.0), B=(box(2.0, 2.0, 1.0), 1.0))
     system = fullbody.System(bodies, G=1.0)
     # B is above A and covers 0.5 < x < 1 of its upper face; both faces are lit and seen from above.
     position = np.array([[[0.0, 0, 0], [1.5, 0.0, 5.0]]])
@@ -166,6 +159,4 @@ def test_directions_alone_and_unknown_frames_are_refused():
     message = "a centre of light needs the distance of the observer, and the geometry has directions alone"
     refused(message, lambda: observing.combined_light(run, [0.0] * u.h, directions))
     no_frame = fullbody.System(run.system.bodies, units=True).integrate(run[0], 0.1, dense=True)
-    refused(
-        "a centre of light needs to know the axes", lambda: observing.combined_light(no_frame, [0.0] * u.h, directions)
-    )
+    refused("a centre of light needs the axes", lambda: observing.combined_light(no_frame, [0.0] * u.h, directions))

@@ -78,14 +78,14 @@ def boxes_by_rays(low, high, e, s, n):
                 gone |= np.all((x[:, [b, c]] > low[o, [b, c]]) & (x[:, [b, c]] < high[o, [b, c]]), axis=1)
             for o, d in ((o, d) for o in range(len(low)) if o != index for d in (e, s)):
                 ends = np.sort([(low[o] - x) / d, (high[o] - x) / d], axis=0)
-                near, far = ends[0].max(axis=1), ends[1].min(axis=1)
-                gone |= (near < far) & (far > 1e-9)
+                nearest, farthest = ends[0].max(axis=1), ends[1].min(axis=1)
+                gone |= (nearest < farthest) & (farthest > 1e-9)
             area = np.prod((high - low)[index, [b, c]])
             total += mu * mu0 / (mu + mu0) * area * np.mean(~gone)
     return total
 
 
-def test_boxes_on_a_grid_shine_as_rays_tell():
+def test_light_of_boxes_on_a_grid_is_that_of_rays():
     rng = np.random.default_rng(8)
     for _ in range(12):
         count = int(rng.integers(2, 5))

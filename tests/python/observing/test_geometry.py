@@ -22,6 +22,10 @@ from support.eris import EPOCH, ERIS
 C = 299792.458
 
 
+#: An orbit about the Sun.
+ORBIT = fullbody.KeplerElements(1.6442 * u.au, 0.3837, *(angle * u.deg for angle in (3.408, 73.196, 319.319, 330.0)))
+
+
 @pytest.fixture(scope="module")
 def catalogue():
     """Distance, right ascension and declination of Eris as Grundy et al. (2019) list them."""
@@ -58,9 +62,8 @@ def test_an_orbit_about_the_sun_gives_the_distances_and_directions_of_a_catalogu
 
 def test_vectors_of_an_orbit_agree_with_a_numerical_solution_of_the_light_time_equation():
     span = Time(["2022-09-01", "2022-11-01"], scale="tdb")
-    orbit = fullbody.KeplerElements(1.6442 * u.au, 0.3837, *(x * u.deg for x in (3.408, 73.196, 319.319, 330.0)))
-    at_arrival = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span)
-    at_emission = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span, light_time=False)
+    at_arrival = observing.Geometry.from_orbit(ORBIT, "2022-09-26 TDB", span=span)
+    at_emission = observing.Geometry.from_orbit(ORBIT, "2022-09-26 TDB", span=span, light_time=False)
     rotation = fullbody.frames.rotation("equatorial", "ecliptic")
     mu = 1.32712440041279419e11
 
@@ -69,9 +72,9 @@ def test_vectors_of_an_orbit_agree_with_a_numerical_solution_of_the_light_time_e
 
     def position(date):
         elapsed = (date - Time("2022-09-26", scale="tdb")).to_value("s")
-        a = orbit.a.to_value("km")
-        angles = [x.to_value("rad") for x in (orbit.i, orbit.Omega, orbit.omega, orbit.M)]
-        propagated = fullbody.KeplerElements(a, orbit.e, *angles[:3], angles[3] + np.sqrt(mu / a**3) * elapsed)
+        a = ORBIT.a.to_value("km")
+        angles = [x.to_value("rad") for x in (ORBIT.i, ORBIT.Omega, ORBIT.omega, ORBIT.M)]
+        propagated = fullbody.KeplerElements(a, ORBIT.e, *angles[:3], angles[3] + np.sqrt(mu / a**3) * elapsed)
         return barycentric("sun", date) + propagated.to_cartesian(mu)[0]
 
     def light_path(vector):
@@ -94,10 +97,9 @@ def test_an_observatory_keeps_its_distance_from_the_earths_centre_and_rotates_at
     # Astropy 6 would download the newest rotation of the Earth; its own table contains 2022.
     monkeypatch.setattr(iers.conf, "auto_download", False)
     span = Time(["2022-10-01", "2022-10-03"], scale="tdb")
-    orbit = fullbody.KeplerElements(1.6442 * u.au, 0.3837, *(x * u.deg for x in (3.4, 73.2, 319.3, 330.0)))
     site = EarthLocation.from_geodetic(10 * u.deg, 50 * u.deg, 100 * u.m)
     geocentric, topocentric = (
-        observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span, observer=observer)
+        observing.Geometry.from_orbit(ORBIT, "2022-09-26 TDB", span=span, observer=observer)
         for observer in ("earth", site)
     )
     times = span[0] + np.linspace(0.0, 2.0, 40) * u.day
@@ -163,14 +165,12 @@ def test_predictions_do_not_depend_on_the_frames_of_geometry_and_system():
 
 
 def test_geometry_from_a_systems_third_body_sun_equals_that_from_its_orbit():
-    angles = [x * u.deg for x in (3.408, 73.196, 319.319, 330.0)]
-    orbit = fullbody.KeplerElements(1.6442 * u.au, 0.3837, *angles)
     span = Time(["2022-09-27", "2022-10-10"], scale="tdb")
     system = system_of(units=True, epoch="2022-09-26 TDB", frame="ecliptic")
-    sun = fullbody.forces.ThirdBody(mu=1.32712440041279419e11 * u.km**3 / u.s**2, orbit=orbit, of="system", name="Sun")
+    sun = fullbody.forces.ThirdBody(mu=1.32712440041279419e11 * u.km**3 / u.s**2, orbit=ORBIT, of="system", name="Sun")
     system = system.with_forces([sun])
     from_system = observing.Geometry.from_system(system, span=span)
-    from_orbit = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span)
+    from_orbit = observing.Geometry.from_orbit(ORBIT, "2022-09-26 TDB", span=span)
     times = span[0] + [0.0, 3.3, 13.0] * u.day
     # In the system the mu of the orbit includes the masses of the bodies, 4e-19 of it.
     for name in ("to_observer", "to_sun"):

@@ -71,7 +71,7 @@ def test_columns_of_texts_need_a_format_and_a_scale():
         (["2022-13-01 UTC"] * 2, "is '2022-13-01 UTC': "),
     ],
 )
-def test_what_is_not_a_date_is_told_how_to_be_one(times, message):
+def test_errors_state_the_form_that_a_date_needs(times, message):
     with pytest.raises(InvalidInput, match=f"times of Photometry.*{message}"):
         observing.Photometry(times, ROWS["magnitude"], ROWS["sigma"], geometry=GEOMETRY)
 
@@ -110,8 +110,8 @@ def test_dates_of_a_short_type_are_refused_or_good_to_half_a_second():
         except InvalidInput:
             refused += 1
             continue
-        apart = (data.times - zero).to_value("s") - np.sort((exact - zero).to_value("s"))
-        assert np.abs(apart).max() <= 1.0
+        error = (data.times - zero).to_value("s") - np.sort((exact - zero).to_value("s"))
+        assert np.abs(error).max() <= 1.0
     assert 50 < refused < 125
 
 

@@ -4,9 +4,7 @@ import astropy.units as u
 import numpy as np
 import pytest
 from fullbody import observing
-from fullbody.errors import InvalidInput
 from fullbody.fitting.noise import log_determinant
-from support import refused
 from support.fits import kw4, view
 
 
@@ -47,14 +45,3 @@ def test_jitter_adds_to_the_variances(kind):
         squares, widening = weighted(covariance, np.sqrt(count) * np.array(size), residuals)
         np.testing.assert_allclose((with_jitter.pulls(run) ** 2).sum(axis=1), squares, rtol=1e-9)
         assert log_determinant(with_jitter.errors(system)) == pytest.approx(widening.sum(), rel=1e-9)
-
-
-def test_bad_jitter_is_refused():
-    options = {"body": "Beta", "about": "Alpha", "geometry": view(10.0)}
-    zero = [0.0] * u.km
-    data = observing.RadarAstrometry([1.0] * u.h, range=zero, sigma=75 * u.m, **options)
-    refused("zero or above", lambda: data.with_jitter(-1 * u.m))
-    refused("jitter", lambda: data.with_jitter(1 * u.s))
-    both = {"range": zero, "range_rate": zero / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
-    with pytest.raises(InvalidInput, match="jitter is not a pair"):
-        observing.RadarAstrometry([1.0] * u.h, **both, **options).with_jitter(1 * u.m)

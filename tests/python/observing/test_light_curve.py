@@ -58,14 +58,14 @@ def test_light_curve_is_that_of_another_program(nights, run, geometry):
     np.testing.assert_allclose(both, -2.5 * np.log10(light.sum(axis=1)), rtol=0, atol=1e-8 + near)
 
 
-def test_albedo_distance_and_frame_do_what_they_say(nights, run, geometry):
+def test_magnitudes_follow_albedo_and_distance_and_not_the_frame(nights, run, geometry):
     times = np.array(nights["times"])[::40] * u.h
     reference = observing.light_curve(run, times, geometry)
     darker = observing.light_curve(run, times, geometry, albedo=0.1)
     np.testing.assert_allclose(darker - reference, 2.5, rtol=1e-12)
-    far = np.linalg.norm(nights["to_observer"]) * np.linalg.norm(nights["to_sun"])
+    distance = np.linalg.norm(nights["to_observer"]) * np.linalg.norm(nights["to_sun"])
     apparent = observing.light_curve(run, times, geometry, reduced=False)
-    np.testing.assert_allclose(apparent - reference, 5.0 * np.log10(far), rtol=1e-12)
+    np.testing.assert_allclose(apparent - reference, 5.0 * np.log10(distance), rtol=1e-12)
     rotated = {
         name: fullbody.frames.rotate(nights[name], "ecliptic", "equatorial") * u.km
         for name in ("to_observer", "to_sun")
@@ -137,7 +137,7 @@ def test_partial_derivatives_are_differences(nights, run, geometry):
         )
 
 
-def test_tables_masks_and_dates(nights):
+def test_photometry_is_read_from_tables_with_masked_rows_and_dates(nights):
     table = pandas.DataFrame({"JD": [2459850.5, 2459850.25, 2459850.75], "V": [14.0, np.nan, 14.2], "e": [0.01] * 3})
     dated = observing.Geometry(
         Time([2459850.0, 2459852.0], format="jd", scale="tdb"),

@@ -37,8 +37,8 @@ def rays(axes, states, eye, i, j, angle):
         np.einsum("kab,kma->kmb", rotations(states)[:, j], x - states.position[:, j, None]) / axes[j]
         for x in (np.broadcast_to(eye, touched.shape), touched)
     )
-    way = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
-    return np.linalg.norm(np.cross(start, way), axis=-1)
+    vector = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
+    return np.linalg.norm(np.cross(start, vector), axis=-1)
 
 
 def least(axes, states, eye, i, j, sign=1.0):
@@ -54,8 +54,8 @@ def least(axes, states, eye, i, j, sign=1.0):
 
 def in_front(states, eye, i, j):
     """Whether body j is nearer to the point than body i, for bodies whose spheres are apart."""
-    far = np.linalg.norm(states.position - eye, axis=2)
-    return far[:, j] < far[:, i]
+    distance = np.linalg.norm(states.position - eye, axis=2)
+    return distance[:, j] < distance[:, i]
 
 
 def overlap(axes, states, eye, i, j):
@@ -153,12 +153,12 @@ def retarded(arrival, eye, k):
     return position, left
 
 
-def separation(ways):
+def separation(vectors):
     """The angle between two spheres seen along these vectors from their centres, less that at contact."""
-    far = [np.sqrt(np.sum(way**2)) for way in ways]
-    units = [way / length for way, length in zip(ways, far, strict=True)]
-    apart = 2 * np.arcsin(np.sqrt(np.sum((units[0] - units[1]) ** 2)) / 2)
-    return float(apart - sum(np.arcsin(radius / length) for radius, length in zip(RADII, far, strict=True)))
+    distances = [np.sqrt(np.sum(vector**2)) for vector in vectors]
+    units = [vector / length for vector, length in zip(vectors, distances, strict=True)]
+    angle = 2 * np.arcsin(np.sqrt(np.sum((units[0] - units[1]) ** 2)) / 2)
+    return float(angle - sum(np.arcsin(radius / length) for radius, length in zip(RADII, distances, strict=True)))
 
 
 #: Observer and Sun, km, at 0.05 au and 0.4 au.
@@ -175,30 +175,30 @@ def test_contacts_in_a_wide_system_are_those_of_keplers_motion(kind):
 
     def eclipse(passing):
         # Sunlight that passes the barycentre at this time passes each body at its own.
-        ways = []
+        vectors = []
         for k in (0, 1):
             time = np.longdouble(passing)
             for _ in range(6):
-                way = kepler(time, *WIDE.values(), SHARES[k]) - SUN
-                time = passing + (np.sqrt(np.sum(way**2)) - np.sqrt(np.sum(SUN**2))) / C
-            ways.append(way)
-        return separation(ways)
+                vector = kepler(time, *WIDE.values(), SHARES[k]) - SUN
+                time = passing + (np.sqrt(np.sum(vector**2)) - np.sqrt(np.sum(SUN**2))) / C
+            vectors.append(vector)
+        return separation(vectors)
 
     function = occultation if kind == "occultation" else eclipse
-    late = np.sqrt(np.sum(EYE**2)) / C if kind == "occultation" else 0.0
+    delay = np.sqrt(np.sum(EYE**2)) / C if kind == "occultation" else 0.0
     times = np.linspace(0, 6e4, 400)
-    values = [function(time + late) for time in times]
+    values = [function(time + delay) for time in times]
     k = next(k for k in range(399) if values[k] > 0 > values[k + 1])
-    expected = brentq(lambda time: function(time + late), times[k], times[k + 1], xtol=1e-13, rtol=1e-15)
+    expected = brentq(lambda time: function(time + delay), times[k], times[k + 1], xtol=1e-13, rtol=1e-15)
     system, state = wide(expected - 600.0)
     run = system.integrate(state, duration=2000.0, dense=True, integrator=fullbody.Verner98(1e-15, 1e-15))
     event = next(passage for passage in observing.mutual_events(run, geometry) if passage.kind == kind)
     behind = "AB".index(event.body)
     if kind == "occultation":
-        assert event.begin.to_value("h") == pytest.approx((expected + late) / 3600, abs=1e-12, rel=0)
+        assert event.begin.to_value("h") == pytest.approx((expected + delay) / 3600, abs=1e-12, rel=0)
     # A run that watches for the contact finds it at the time at the barycentre.
-    asked = observing.occultation(system, geometry, event.body, event.by, kind=kind, direction=-1, terminal=True)
-    stopped = system.integrate(state, duration=2000.0, events=[asked], integrator=fullbody.Verner98(1e-15, 1e-15))
+    condition = observing.occultation(system, geometry, event.body, event.by, kind=kind, direction=-1, terminal=True)
+    stopped = system.integrate(state, duration=2000.0, events=[condition], integrator=fullbody.Verner98(1e-15, 1e-15))
     assert stopped.time[-1].to_value("h") == pytest.approx(expected / 3600, abs=1e-12, rel=0)
     if kind == "eclipse":
         # The light leaves the body that is hidden when it passes it.
@@ -222,12 +222,12 @@ def test_astrometry_of_a_wide_system_is_that_of_keplers_motion(dense):
     options = {"dense": True} if dense else {"output": data.emission(system)}
     run = system.integrate(state, 25000.0, integrator=fullbody.Verner98(1e-15, 1e-15), **options)
     for result, time in zip(data.predict(run).to_value("rad"), times.value, strict=True):
-        ways = [retarded(time, EYE, k)[0] - EYE for k in (0, 1)]
-        toward = ways[0] / np.sqrt(np.sum(ways[0] ** 2))
-        east = np.array([-toward[1], toward[0], 0]) / np.hypot(toward[0], toward[1])
-        north = np.cross(toward, east)
-        depth = toward @ ways[1]
-        expected = np.array([east @ ways[1], north @ ways[1]]) / depth
+        vectors = [retarded(time, EYE, k)[0] - EYE for k in (0, 1)]
+        direction = vectors[0] / np.sqrt(np.sum(vectors[0] ** 2))
+        east = np.array([-direction[1], direction[0], 0]) / np.hypot(direction[0], direction[1])
+        north = np.cross(direction, east)
+        depth = direction @ vectors[1]
+        expected = np.array([east @ vectors[1], north @ vectors[1]]) / depth
         assert np.abs(result - expected).max() < 2e-12 * np.abs(expected).max()
 
 
@@ -242,12 +242,12 @@ def cast(axes, position, rotation, eye, sun, i, hiders, count=40_000):
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     cosines, share, free = [], np.ones(count), np.ones(count, dtype=bool)
     for point in (eye, sun):
-        way = point - points
-        far = np.linalg.norm(way, axis=1)
-        cosines.append(np.sum(normal * way, axis=1) / far)
-        share *= np.sum(point**2) / far**2
+        vector = point - points
+        distance = np.linalg.norm(vector, axis=1)
+        cosines.append(np.sum(normal * vector, axis=1) / distance)
+        share *= np.sum(point**2) / distance**2
         for j in hiders:
-            start, along = (points - position[j]) @ rotation[j] / axes[j], way @ rotation[j] / axes[j]
+            start, along = (points - position[j]) @ rotation[j] / axes[j], vector @ rotation[j] / axes[j]
             a, b, c = np.sum(along**2, axis=1), np.sum(start * along, axis=1), np.sum(start**2, axis=1) - 1
             free &= ~((b < 0) & (b * b > a * c))
     mu, mu0 = (np.maximum(cosine, 0) for cosine in cosines)
@@ -270,13 +270,13 @@ def test_light_from_near_is_that_of_rays_up_to_the_size_of_bodies_over_the_dista
         attitude /= np.linalg.norm(attitude, axis=1)[:, None]
         rotation = fullbody.base.rotations.matrices(attitude)
         epoch = np.zeros(1), position[None], attitude[None], eye[None], sun[None], None
-        near, far = (photometer.brightness(Epochs(*epoch, distant))[0] for distant in (False, True))
+        finite, infinite = (photometer.brightness(Epochs(*epoch, distant))[0] for distant in (False, True))
         free, expected = (
             [cast(axes, position, rotation, eye, sun, k, hiders) for k, hiders in enumerate(hiding)]
             for hiding in ([[], []], [[1], [0]])
         )
-        worst = max(worst, np.abs((near - expected) / free).max())
-        differing += np.abs((far - expected) / free).max() > 0.02
+        worst = max(worst, np.abs((finite - expected) / free).max())
+        differing += np.abs((infinite - expected) / free).max() > 0.02
     assert worst < 2 / 300
     # One direction for both bodies would be wrong.
     assert differing > 10
@@ -286,8 +286,8 @@ def test_light_from_near_is_that_of_rays_up_to_the_size_of_bodies_over_the_dista
 def test_a_run_that_comes_as_near_as_the_observer_is_refused():
     system, state = fullbody.systems.didymos(units=True)
     view = observing.Geometry([-1.0, 30.0] * u.h, to_observer=[0.9, 0.0, 0.0] * u.km)
-    asked = observing.occultation(system, view, "Dimorphos", "Didymos")
-    told = r"distance of the observer, or the Sun, from the barycentre at time 0 is 0\."
-    refused(told, system.integrate, state, 13 * u.h, events=[asked])
+    condition = observing.occultation(system, view, "Dimorphos", "Didymos")
+    message = r"distance of the observer, or the Sun, from the barycentre at time 0 is 0\."
+    refused(message, system.integrate, state, 13 * u.h, events=[condition])
     run = system.integrate(state, 13 * u.h, dense=True)
     refused("the observer of the geometry is too near", observing.mutual_events, run, view)

@@ -10,7 +10,7 @@ from astropy.time import Time
 from fullbody import observing
 from fullbody.record.record import joined
 from support import DATA, body_list, refused
-from support.displacements import by_start
+from support.displacements import assert_by_kind, by_start
 
 VIEW = {"to_observer": [0.1, 0.01, 0.03] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au, "frame": "ecliptic"}
 TIMES = np.linspace(1.0, 23.0, 12) * u.h
@@ -60,11 +60,7 @@ def test_derivatives_are_differences_of_the_pulls(run, geometry, shape):
     moment = system.integrate(state, data.emission(system)[0], output="ends")[-1]
     steps = {"position": 2e-5, "velocity": 1e-4, "rotation": 2e-5, "spin": 1e-4}
     exact, differences = by_start(data, system, moment, steps)
-    rounding = 1e-8 * np.abs(differences).max()
-    for kind in range(4):
-        columns = [12 * body + 3 * kind + axis for body in range(2) for axis in range(3)]
-        size = np.abs(differences[:, columns]).max()
-        np.testing.assert_allclose(exact[:, columns], differences[:, columns], atol=3e-6 * size + rounding)
+    assert_by_kind(exact, differences, 3e-6, 1e-8 * np.abs(differences).max())
 
 
 def test_derivatives_with_respect_to_masses_and_axes_are_differences_of_runs(geometry):
@@ -172,7 +168,7 @@ def test_corrections_of_the_heliocentric_elements_displace_the_barycentre_as_ano
         ({"scan_angle": SCAN[:3]}, r"scan_angle of Photocentre has shape \(3,\); expected 12 rows"),
     ],
 )
-def test_what_is_wrong_is_named(geometry, options, message):
+def test_bad_photocentres_are_refused_by_name(geometry, options, message):
     arguments = {"offset": np.zeros(12) * u.mas} | options
     refused(message, lambda: photocentre(geometry, **arguments))
 
@@ -228,8 +224,8 @@ def binary(period, mass, phase, inclination=0.7, node=1.2):
     system = fullbody.System(bodies, G=G, units=("km", "h", "kg"), epoch=epoch, frame="ecliptic", gravity="point")
     semi_axis = np.cbrt(mu * (period / (2.0 * np.pi)) ** 2)
     r, v = fullbody.KeplerElements(semi_axis, 0.0, inclination, node, 0.0, phase).to_cartesian(mu)
-    ways = [-share, 1.0 - share]
-    return system, fullbody.State(position=np.outer(ways, r), velocity=np.outer(ways, v))
+    shares = [-share, 1.0 - share]
+    return system, fullbody.State(position=np.outer(shares, r), velocity=np.outer(shares, v))
 
 
 @pytest.mark.filterwarnings("ignore:B has a density")

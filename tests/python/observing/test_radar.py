@@ -29,8 +29,8 @@ def run():
 def geometry():
     """An observer who recedes along the x-axis at 10 km/s."""
     rows = np.linspace(0.0, 1100.0, 12)
-    places = np.stack([DISTANCE + 10.0 * rows, 0 * rows, 0 * rows], axis=1)
-    return observing.Geometry(rows * u.s, to_observer=places * u.km)
+    positions = np.stack([DISTANCE + 10.0 * rows, 0 * rows, 0 * rows], axis=1)
+    return observing.Geometry(rows * u.s, to_observer=positions * u.km)
 
 
 def test_ranges_are_those_of_a_circular_orbit(run, geometry):
@@ -38,16 +38,16 @@ def test_ranges_are_those_of_a_circular_orbit(run, geometry):
         TIMES * u.s, range=np.zeros(9) * u.km, range_rate=np.zeros(9) * u.cm / u.s, sigma=(75 * u.m, 1 * u.cm / u.s),
         body="B", about="A", geometry=geometry,
     )  # fmt: skip
-    found = data.predict(run)
+    result = data.predict(run)
     # Each body is seen as it was by its own distance earlier, 1e-5 s of difference; the rest is a small angle squared.
-    late = (DISTANCE + 10.0 * TIMES) / 299792.458
-    angle = 1e-3 * (TIMES - late)
-    np.testing.assert_allclose(found.range.to_value("km"), -2.5 * np.cos(angle), atol=2e-7)
+    delay = (DISTANCE + 10.0 * TIMES) / 299792.458
+    angle = 1e-3 * (TIMES - delay)
+    np.testing.assert_allclose(result.range.to_value("km"), -2.5 * np.cos(angle), atol=2e-7)
     # Rates are by the time of arrival, and light is 3.3e-5 later each second.
     expected = 2.5e-3 * np.sin(angle) * (1 - 10.0 / 299792.458)
-    np.testing.assert_allclose(found.range_rate.to_value("km/s"), expected, atol=2e-9)
-    assert found.range_rate.unit == u.cm / u.s
-    chi2 = np.sum((found.range.to_value("m") / 75) ** 2) + np.sum(found.range_rate.to_value("cm/s") ** 2)
+    np.testing.assert_allclose(result.range_rate.to_value("km/s"), expected, atol=2e-9)
+    assert result.range_rate.unit == u.cm / u.s
+    chi2 = np.sum((result.range.to_value("m") / 75) ** 2) + np.sum(result.range_rate.to_value("cm/s") ** 2)
     assert data.chi2(run) == pytest.approx(chi2, rel=1e-9)
 
 
@@ -57,9 +57,9 @@ def test_range_rates_are_derivatives_of_the_ranges(run, geometry):
     data = observing.RadarAstrometry(
         moments * u.s, range=np.zeros(27), range_rate=np.zeros(27), sigma=(1.0, 1.0), body="A", geometry=geometry
     )
-    found = data.predict(run)
-    before, _, after = found.range.to_value("km").reshape(9, 3).T
-    rates = found.range_rate.to_value("km/s").reshape(9, 3)[:, 1]
+    result = data.predict(run)
+    before, _, after = result.range.to_value("km").reshape(9, 3).T
+    rates = result.range_rate.to_value("km/s").reshape(9, 3)[:, 1]
     np.testing.assert_allclose(rates, (after - before) / (2 * step), rtol=1e-9)
     np.testing.assert_allclose(rates, 10.0, rtol=1e-3)
 
@@ -89,7 +89,7 @@ def test_rows_of_tables_are_sorted_and_missing_ones_left_out(run, geometry):
     np.testing.assert_array_equal(back.residuals(run).range, data.residuals(run).range)
 
 
-def test_bodies_that_are_one_and_unknown_ones_are_refused(run, geometry):
+def test_equal_and_unknown_bodies_are_refused(run, geometry):
     for about, message in (("B", "both B; expected two bodies"), ("C", "about of RadarAstrometry is 'C'")):
         data = observing.RadarAstrometry(
             [200.0] * u.s, range=[1.0], sigma=1.0, body="B", about=about, geometry=geometry

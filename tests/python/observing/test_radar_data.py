@@ -36,8 +36,8 @@ def run():
 def geometry():
     """A flyby at 0.02 au with 10 km/s."""
     rows = np.linspace(-1.0, 10.0, 12)
-    places = np.stack([3e6 + 0 * rows, 3.6e4 * (rows - 4.0), 1e6 + 1e4 * rows], axis=1)
-    return observing.Geometry(rows * u.h, to_observer=places * u.km)
+    positions = np.stack([3e6 + 0 * rows, 3.6e4 * (rows - 4.0), 1e6 + 1e4 * rows], axis=1)
+    return observing.Geometry(rows * u.h, to_observer=positions * u.km)
 
 
 @pytest.fixture(scope="module")
@@ -63,9 +63,9 @@ def image_data(power, sigma, geometry, **options):
 def test_data_predict_what_the_functions_compute(run, geometry, spectra, images):
     for data, power in ((spectrum_data(spectra.to("m2"), 1e-3 * u.km**2, geometry), spectra),
                         (image_data(images.to("m2"), 1e-3 * u.km**2, geometry), images)):  # fmt: skip
-        found = data.predict(run)
-        assert found.unit == u.m**2
-        assert worst(found.to_value("km2"), power.to_value("km2")) < 1e-12
+        result = data.predict(run)
+        assert result.unit == u.m**2
+        assert worst(result.to_value("km2"), power.to_value("km2")) < 1e-12
         assert data.chi2(run) < 1e-12
     off = spectrum_data(spectra + 2e-3 * u.km**2, 1e-3 * u.km**2, geometry)
     assert off.chi2(run) == pytest.approx(4.0 * spectra.size, rel=1e-9)
@@ -91,9 +91,14 @@ def test_offsets_move_an_echo_by_whole_bins(run, geometry, spectra, images):
     assert data.chi2(run) < 1e-10
     # The delay grows by 2 us in all, which is three and then five bins, and the frequency falls by F times the rate.
     rate = 1.0 * u.us / (1.5 * u.h)
-    moved = np.stack([np.roll(image, k, axis=0) for image, k in zip(images.value, (3, 4, 5, 6), strict=True)])
+    shifted_images = np.stack([np.roll(image, k, axis=0) for image, k in zip(images.value, (3, 4, 5, 6), strict=True)])
     options = {"delay_correction": (4.5 * u.us, rate), "frequency_offset": (rate * 2.38 * u.GHz).to("Hz")}
-    assert worst(image_data(moved * u.km**2, 1.0 * u.km**2, geometry, **options).predict(run).value, moved) < 1e-9
+    assert (
+        worst(
+            image_data(shifted_images * u.km**2, 1.0 * u.km**2, geometry, **options).predict(run).value, shifted_images
+        )
+        < 1e-9
+    )
 
 
 def test_looks_add_the_noise_of_the_echo_itself(geometry):
@@ -185,7 +190,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("match", "given"), REFUSED, ids=[row[0] for row in REFUSED])
-def test_data_that_cannot_be_are_refused_by_name(geometry, match, given):
+def test_bad_spectra_are_refused_by_name(geometry, match, given):
     options = {"power": np.ones((4, 28)), "sigma": 1.0, "frequencies": EDGES, "geometry": geometry, **RADAR} | given
     refused(match, lambda: observing.RadarSpectrum(TIMES, options.pop("power"), options.pop("sigma"), **options))
 
@@ -200,8 +205,8 @@ def test_data_are_drawn_over_their_predictions(run, geometry, spectra, images):
     assert axes[1, 0].get_xlabel() == "Doppler frequency [Hz]"
     shown = image_data(images * 1.5, 1e-3 * u.km**2, geometry).plot(run, row=2)
     values = [ax.collections[0].get_array() for ax in shown[0]]
-    for found, expected in zip(values, (1.5 * images[2].value, images[2].value, 500.0 * images[2].value), strict=True):
-        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
+    for result, expected in zip(values, (1.5 * images[2].value, images[2].value, 500.0 * images[2].value), strict=True):
+        np.testing.assert_allclose(result, expected, rtol=1e-9, atol=1e-12)
     refused("row is 4", data.plot, run, row=4)
 
 

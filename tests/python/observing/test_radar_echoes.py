@@ -21,13 +21,13 @@ def test_echoes_of_two_ellipsoids_are_those_of_another_program(index):
     run = run_of(*(Ellipsoid(*axes) for axes in row["semi_axes"]), masses=[1.0, 0.06], **{n: row[n] for n in names})
     geometry, law = at_rest(row["to_observer"]), observing.Cosine(row["C"], row["R"])
     options = {"transmit_frequency": row["transmitter_hz"], "law": law, "per_body": True}
-    found = spectrum(run, row["frequency_edges_hz"], geometry, **options)
+    result = spectrum(run, row["frequency_edges_hz"], geometry, **options)
     images = image(run, row["delay_edges_s"], row["frequency_edges_hz"], geometry, **options)
     for body in range(2):
-        assert worst(found[body], row["spectrum"][body]) < 2e-11
+        assert worst(result[body], row["spectrum"][body]) < 2e-11
         assert worst(images[body], row["delay_doppler"][body]) < 2e-11
         assert (images[body][np.array(row["delay_doppler"][body]) == 0.0] == 0.0).all()
-        assert found[body].sum() == pytest.approx(row["total"][body], rel=1e-11)
+        assert result[body].sum() == pytest.approx(row["total"][body], rel=1e-11)
 
 
 LAWS = [observing.Cosine(C, 0.3) for C in (0.0, 0.2, 0.5, 1.0, 1.6, 7.3, 40.0)]
@@ -48,13 +48,13 @@ def test_a_sphere_has_the_echo_that_its_law_integrates_to_at_each_delay(law):
     r, run = 0.7, run_of(Sphere(0.7), spin=[[0.0, 0.0, 1e-4]])
     mu = np.array([1.0, 0.97, 0.93, 0.6, 0.25, 1e-9])
     delays, band = -2.0 * r * mu / C_LIGHT, [-100.0, 100.0]
-    found = image(run, delays, band, law=law)[:, 0]
+    result = image(run, delays, band, law=law)[:, 0]
     low = np.cos(getattr(law, "cutoff", np.pi / 2))
     ends = np.maximum(mu, low)
     expected = [
         2 * np.pi * r**2 * quad(lambda x: per_area(law, x), b, a, epsrel=1e-13)[0] for a, b in itertools.pairwise(ends)
     ]
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-11 * sum(expected))
+    np.testing.assert_allclose(result, expected, rtol=1e-9, atol=1e-11 * sum(expected))
 
 
 @pytest.mark.parametrize("C", [0.5, 1.0, 1.6, 0.2])
@@ -62,11 +62,11 @@ def test_the_spectrum_of_a_sphere_is_an_incomplete_beta_function(C):
     r, omega, R = 0.7, 1e-4, 0.3
     half = 2.0 * F / C_LIGHT * r * omega
     x = np.linspace(-1.1, 1.2, 24)
-    found = spectrum(run_of(Sphere(r), spin=[[0.0, 0.0, omega]]), x * half, law=observing.Cosine(C, R))
+    result = spectrum(run_of(Sphere(r), spin=[[0.0, 0.0, omega]]), x * half, law=observing.Cosine(C, R))
     below = betainc(C + 1.0, C + 1.0, 0.5 * (1.0 + np.clip(x, -1.0, 1.0)))
     total = 2.0 * np.pi * r**2 * R * (C + 1.0) / (2.0 * C + 1.0)
-    assert worst(found, total * np.diff(below)) < 2e-11
-    assert (found[abs(x[1:] + x[:-1]) > 2.05] == 0.0).all()
+    assert worst(result, total * np.diff(below)) < 2e-11
+    assert (result[abs(x[1:] + x[:-1]) > 2.05] == 0.0).all()
     assert total == pytest.approx(R * (C + 1) * r**2 * beta(C + 0.5, 0.5) * beta(0.5, C + 1), rel=1e-12)
 
 
@@ -87,19 +87,19 @@ def test_the_echo_of_a_face_is_spread_evenly_over_its_frequencies():
     half = 2.0 * F / C_LIGHT * 0.3 * 1e-4
     edges = np.linspace(-2.0, 2.0, 9) * half
     delay = -2.0 * 0.5 / C_LIGHT
-    found = image(run, delay * np.array([1.5, 1.1, 0.9, 0.5]), edges)
+    result = image(run, delay * np.array([1.5, 1.1, 0.9, 0.5]), edges)
     expected = 0.3 * 2.0 * 0.6 * 0.4 * np.array([0, 0, 0.25, 0.25, 0.25, 0.25, 0, 0])
-    np.testing.assert_allclose(found[1], expected, atol=1e-15)
-    assert found[[0, 2]].max() == 0.0
+    np.testing.assert_allclose(result[1], expected, atol=1e-15)
+    assert result[[0, 2]].max() == 0.0
     np.testing.assert_allclose(spectrum(run, edges), expected, atol=1e-15)
 
 
 def test_an_ellipsoid_is_the_limit_of_its_meshes():
-    axes, turned = (0.7, 0.5, 0.4), {"attitude": [[0.5, 0.1, -0.5, 0.7]], "spin": [[1e-4, 2e-4, 3e-4]]}
+    axes, pose = (0.7, 0.5, 0.4), {"attitude": [[0.5, 0.1, -0.5, 0.7]], "spin": [[1e-4, 2e-4, 3e-4]]}
     delays, edges = np.linspace(-5e-6, 0.0, 9), np.linspace(-6.0, 6.0, 13)
     for law in (observing.Cosine(1.6, 0.3), observing.Hagfors(3.0, 0.3)):
-        exact = image(run_of(Ellipsoid(*axes), **turned), delays, edges, law=law)
-        errors = [worst(image(run_of(icosphere(n, axes), **turned), delays, edges, law=law), exact) for n in (3, 4)]
+        exact = image(run_of(Ellipsoid(*axes), **pose), delays, edges, law=law)
+        errors = [worst(image(run_of(icosphere(n, axes), **pose), delays, edges, law=law), exact) for n in (3, 4)]
         assert errors[1] < 0.02
         assert errors[1] < 0.45 * errors[0]
 
@@ -112,22 +112,22 @@ def lens(distance, r, R):
 
 def test_the_echo_of_what_another_body_hides_is_missing():
     # With C = 1/2 the echo is in proportion to the visible area; the second sphere is in front of the first.
-    r, R, apart = 0.7, 0.3, 0.6
+    r, R, separation = 0.7, 0.3, 0.6
     law = observing.Cosine(0.5, 1.0)
-    place, spin = [[0, 0, 0], [2.0, 0, apart]], [[0.0, 2e-4, 1e-4], [0, 0, 0]]
+    position, spin = [[0, 0, 0], [2.0, 0, separation]], [[0.0, 2e-4, 1e-4], [0, 0, 0]]
     bins = np.linspace(-6.0, 6.0, 14)
     wide = {"law": law, "per_body": True}
-    expected = 1.5 * np.array([np.pi * r**2 - lens(apart, r, R), np.pi * R**2])
-    spheres = run_of(Sphere(r), Sphere(R), position=place, spin=spin)
-    found = spectrum(spheres, bins, **wide)
-    np.testing.assert_allclose(found.sum(axis=1), expected, rtol=1e-11)
+    expected = 1.5 * np.array([np.pi * r**2 - lens(separation, r, R), np.pi * R**2])
+    spheres = run_of(Sphere(r), Sphere(R), position=position, spin=spin)
+    result = spectrum(spheres, bins, **wide)
+    np.testing.assert_allclose(result.sum(axis=1), expected, rtol=1e-11)
     images = image(spheres, np.linspace(-2e-5, 1e-5, 40), bins, **wide)
-    assert worst(images.sum(axis=1), found) < 1e-11
-    faceted = spectrum(run_of(Sphere(r), icosphere(4, [R] * 3), position=place, spin=spin), bins, **wide)
-    assert worst(faceted[0], found[0]) < 5e-3
+    assert worst(images.sum(axis=1), result) < 1e-11
+    faceted = spectrum(run_of(Sphere(r), icosphere(4, [R] * 3), position=position, spin=spin), bins, **wide)
+    assert worst(faceted[0], result[0]) < 5e-3
     alone = spectrum(spheres, bins, mutual=False, **wide)
     assert alone[0].sum() == pytest.approx(1.5 * np.pi * r**2, rel=1e-12)
-    assert (alone[0] >= found[0] - 1e-14).all()
+    assert (alone[0] >= result[0] - 1e-14).all()
 
 
 def test_a_bistatic_radar_sees_what_both_antennas_see():
@@ -136,10 +136,10 @@ def test_a_bistatic_radar_sees_what_both_antennas_see():
     transmitter = at_rest([np.cos(angle), np.sin(angle), 0.0])
     run = run_of(Sphere(0.7), spin=[[1e-4, 2e-4, 3e-4]])
     options = {"law": observing.Cosine(0.5, 1.0), "transmitter": transmitter}
-    found = spectrum(run, np.linspace(-50.0, 50.0, 51), **options)
-    assert found.sum() == pytest.approx(1.5 * np.pi * 0.7**2 * np.cos(angle / 2), rel=1e-11)
+    result = spectrum(run, np.linspace(-50.0, 50.0, 51), **options)
+    assert result.sum() == pytest.approx(1.5 * np.pi * 0.7**2 * np.cos(angle / 2), rel=1e-11)
     faceted = spectrum(run_of(icosphere(4, [0.7] * 3), spin=[[1e-4, 2e-4, 3e-4]]), np.linspace(-50, 50, 51), **options)
-    assert worst(faceted, found) < 0.02
+    assert worst(faceted, result) < 0.02
     assert (
         worst(
             spectrum(run, np.linspace(-50.0, 50.0, 51), transmitter=at_rest()), spectrum(run, np.linspace(-50, 50, 51))
@@ -164,10 +164,10 @@ def test_frequencies_are_the_rates_of_change_of_the_paths_of_points(bistatic):
     spin = np.array([[1e-5, 2e-5, 3e-5], [-2e-5, 1e-5, 1e-5]])
     run = run_of(*axes, position=position, velocity=velocity, spin=spin, masses=[1.0, 0.15])
     # The bodies go on straight, and rotate about axes that are fixed for a while.
-    rows, aside = np.linspace(-20.0, 20.0, 9), np.array([0.0, 2e5, 0.0])
+    rows, offset = np.linspace(-20.0, 20.0, 9), np.array([0.0, 2e5, 0.0])
     path = lambda t, far: np.stack([far + 0 * t, 40.0 * t, 5.0 * t], axis=-1)  # noqa: E731
     geometry = observing.Geometry(rows * u.s, to_observer=path(rows, 5e5) * u.km)
-    other = observing.Geometry(rows * u.s, to_observer=(path(rows, 4e5) + aside) * u.km)
+    other = observing.Geometry(rows * u.s, to_observer=(path(rows, 4e5) + offset) * u.km)
     law = observing.Cosine(1.0, 0.3)
     edges, delays = np.linspace(-2.0, 4.0, 41), np.linspace(-2e-5, 1e-5, 21)
     # Light that arrives at this time has left the barycentre at time zero.
@@ -175,35 +175,34 @@ def test_frequencies_are_the_rates_of_change_of_the_paths_of_points(bistatic):
     for _ in range(5):
         moment = np.linalg.norm(path(np.array(moment), 5e5)) / C_LIGHT
     options = {"transmit_frequency": F, "law": law, "per_body": True, "transmitter": other if bistatic else None}
-    found = observing.delay_doppler(run, [moment] * u.s, geometry, delays, edges, **options).power.to_value("km2")[0]
+    result = observing.delay_doppler(run, [moment] * u.s, geometry, delays, edges, **options).power.to_value("km2")[0]
 
-    def points_at(body, since, normals):
-        """Points of a body and their normals when it rotates for a time since the state."""
-        turn = fullbody.base.rotations.matrices(fullbody.base.rotations.of_vectors(spin[body] * since[:, None]))
+    def points_at(body, elapsed, normals):
+        """Points of a body and their normals when it rotates for a time elapsed the state."""
+        rotation = fullbody.base.rotations.matrices(fullbody.base.rotations.of_vectors(spin[body] * elapsed[:, None]))
         semi_axes = np.array([axes[body].a, axes[body].b, axes[body].c])
-        place = np.einsum("pij,pj->pi", turn, normals * semi_axes)
-        normal = np.einsum("pij,pj->pi", turn, normals / semi_axes)
-        return place, normal, position[body] + np.outer(since, velocity[body])
+        point = np.einsum("pij,pj->pi", rotation, normals * semi_axes)
+        normal = np.einsum("pij,pj->pi", rotation, normals / semi_axes)
+        return point, normal, position[body] + np.outer(elapsed, velocity[body])
 
-    def ways(t, body, normals):
-        """Lengths of the ways of points to the antennas for signals that arrive at a time, with all else."""
+    def path_lengths(t, body, normals):
+        """Lengths of the paths of points to the antennas for signals that arrive at a time, with all else."""
         receiver = path(np.array(t), 5e5)
-        sender = path(np.array(t), 4e5) + aside if bistatic else receiver
-        since = np.full(len(normals), t - np.linalg.norm(receiver) / C_LIGHT)
+        sender = path(np.array(t), 4e5) + offset if bistatic else receiver
+        elapsed = np.full(len(normals), t - np.linalg.norm(receiver) / C_LIGHT)
         for _ in range(4):
-            place, normal, centre = points_at(body, since, normals)
-            way = np.linalg.norm(receiver - centre - place, axis=1)
-            since = t - way / C_LIGHT
-        place, normal, centre = points_at(body, since, normals)
-        out = np.linalg.norm(sender - centre - place, axis=1)
-        excess = way + out - np.linalg.norm(receiver) - np.linalg.norm(sender)
+            point, normal, centre = points_at(body, elapsed, normals)
+            length = np.linalg.norm(receiver - centre - point, axis=1)
+            elapsed = t - length / C_LIGHT
+        point, normal, centre = points_at(body, elapsed, normals)
+        out = np.linalg.norm(sender - centre - point, axis=1)
+        excess = length + out - np.linalg.norm(receiver) - np.linalg.norm(sender)
         return excess, normal, [sender - centre[0], receiver - centre[0]]
 
     normals, step = fibonacci(200_000), 0.5
     for body in range(2):
-        before, (now, normal, antennas), after = (
-            ways(moment - step, body, normals)[0], ways(moment, body, normals), ways(moment + step, body, normals)[0]
-        )  # fmt: skip
+        before, after = (path_lengths(moment + sign * step, body, normals)[0] for sign in (-1.0, 1.0))
+        now, normal, antennas = path_lengths(moment, body, normals)
         frequency, delay = -F * (after - before) / (2 * step) / C_LIGHT, now / C_LIGHT
         e = [antenna / np.linalg.norm(antenna) for antenna in antennas]
         bisector = (e[0] + e[1]) / np.linalg.norm(e[0] + e[1])
@@ -212,5 +211,5 @@ def test_frequencies_are_the_rates_of_change_of_the_paths_of_points(bistatic):
         semi_axes = np.array([axes[body].a, axes[body].b, axes[body].c])
         weight = 0.6 * mu**2 * size * semi_axes.prod() * 4.0 * np.pi / len(normals)
         expected = np.histogram2d(delay, frequency, [delays, edges], weights=weight)[0]
-        assert worst(found[body], expected) < 5e-3, body
-    assert found.sum() > 0.3
+        assert worst(result[body], expected) < 5e-3, body
+    assert result.sum() > 0.3

@@ -47,14 +47,14 @@ def apart(vertices, states, d, i, j):
     first, second = (
         (vertices[m] @ np.swapaxes(rotation[:, m], 1, 2) + states.position[:, m, None]) @ plane.T for m in (i, j)
     )
-    way = states.position[:, j] - states.position[:, i]
+    vector = states.position[:, j] - states.position[:, i]
     reach = sum(np.linalg.norm(vertices[m], axis=1).max() for m in (i, j))
-    margin = np.linalg.norm(way @ plane.T, axis=1) - reach
+    margin = np.linalg.norm(vector @ plane.T, axis=1) - reach
     for k in np.flatnonzero(margin < 0):
         differences = (second[k][None] - first[k][:, None]).reshape(-1, 2)
         margin[k] = ConvexHull(differences).equations[:, 2].max()
     # The sides' distances bound that of the corners from below, with the same sign.
-    return np.where(way @ d > 0, margin, np.abs(margin) + 1e-3)
+    return np.where(vector @ d > 0, margin, np.abs(margin) + 1e-3)
 
 
 def spans(result, kind, body, ends, names=("begin", "end")):
@@ -99,9 +99,9 @@ def test_events_of_polyhedra_are_those_of_a_dense_scan(seed):
     def mesh(axes):
         return icosphere(0, axes)
 
-    _, run, directions, far = binary(np.random.default_rng(seed), mesh)
+    _, run, directions, scale = binary(np.random.default_rng(seed), mesh)
     vertices = [body.shape.vertices for body in run.system]
-    result, ends = events(run, directions, far)
+    result, ends = events(run, directions, scale)
     for kind, k, i, j in CASES:
         hidden = spans(result, kind, "AB"[i], ends)
         scan(lambda s, k=k, i=i, j=j: apart(vertices, s, directions[k], i, j), run.dense, ends, 401, hidden)

@@ -18,13 +18,13 @@ RADIUS = 200.0
 @pytest.fixture(scope="module")
 def passage():
     """A run of a sphere and a geometry from the centre of the Earth, over which its shadow passes."""
-    toward = np.asarray(STAR.cartesian.xyz.value)
-    east = np.cross([0.0, 0.0, 1.0], toward)
+    direction = np.asarray(STAR.cartesian.xyz.value)
+    east = np.cross([0.0, 0.0, 1.0], direction)
     east /= np.linalg.norm(east)
-    north = np.cross(toward, east)
+    north = np.cross(direction, east)
     ends = np.array([-1500.0, 1500.0])
     # The observer moves to the east and a little to the north past the body, by 15 km/s.
-    positions = -2e8 * toward + np.outer(ends, 14.5 * east + 3.0 * north) + 1500.0 * north
+    positions = -2e8 * direction + np.outer(ends, 14.5 * east + 3.0 * north) + 1500.0 * north
     geometry = observing.Geometry(START + ends * u.s, to_observer=positions * u.km, frame="equatorial")
     body = fullbody.Body(fullbody.Sphere(RADIUS), mass=1e15, name="A")
     system = fullbody.System([body], units=("km", "s", "kg"), epoch=START, frame="equatorial")
@@ -108,8 +108,8 @@ def test_a_path_is_drawn_on_the_axes_that_are_given(passage):
 
 def test_a_shadow_that_misses_the_earth_has_no_path(passage):
     run, geometry = passage
-    away = SkyCoord(160.0 * u.deg, 15.01 * u.deg)
-    assert observing.shadow_paths(run, away, geometry) == []
+    other_star = SkyCoord(160.0 * u.deg, 15.01 * u.deg)
+    assert observing.shadow_paths(run, other_star, geometry) == []
 
 
 @pytest.mark.parametrize(

@@ -31,17 +31,17 @@ def test_ten_thousand_pairs_of_spheres_have_the_overlap_of_circles():
     worst, partly, count = 0.0, 0, 100
     for ratio in 10.0 ** rng.uniform(-7.0, 0.0, 100):
         # The smaller body is somewhere across the outline of the larger one, or just touches it.
-        aside = 1.0 + ratio * np.append(rng.uniform(-1.0, 1.0, count - 2), [-1.0, 1.0])
+        offset = 1.0 + ratio * np.append(rng.uniform(-1.0, 1.0, count - 2), [-1.0, 1.0])
         angle = rng.uniform(0, 2 * np.pi, count)
-        centre = np.stack([aside * np.cos(angle), aside * np.sin(angle), np.full(count, 3.0)], axis=1)
+        centre = np.stack([offset * np.cos(angle), offset * np.sin(angle), np.full(count, 3.0)], axis=1)
         sizes = (ratio, 1.0) if rng.random() < 0.8 else (1.0, ratio)
         behind, front = (LONG(size) for size in sizes)
         expected = 0.5 * (LONG(np.pi) * behind**2 - overlap(behind, front, np.hypot(*centre[:, :2].T.astype(LONG))))
         system = System([Body(Sphere(size), mass=1.0) for size in sizes], G=1.0)
         photometer = Photometer(system, observing.LommelSeeliger(), 1.0, True, 0.0)
         positions, attitude = np.stack([0 * centre, centre], axis=1), np.tile([1.0, 0, 0, 0], (count, 2, 1))
-        toward = np.tile([0.0, 0.0, 1.0], (count, 1))
-        result = photometer.brightness(Epochs(np.zeros(count), positions, attitude, toward, toward))[:, 0]
+        direction = np.tile([0.0, 0.0, 1.0], (count, 1))
+        result = photometer.brightness(Epochs(np.zeros(count), positions, attitude, direction, direction))[:, 0]
         worst = max(worst, float(np.max(np.abs(result - expected)) / behind**2))
         partly += np.sum((result < 0.49 * np.pi * ratio**2) & (result > 0.01 * np.pi * ratio**2))
     assert partly > 5_000
@@ -116,13 +116,13 @@ def test_elongated_bodies_have_the_overlap_of_ellipses():
         n = mpmath.matrix([np.cos(direction), np.sin(direction)])
         # A point of the large outline with the normal n, and a place within the small one's reach of it.
         edge = large * n / mpmath.sqrt((n.T * large * n)[0])
-        aside = np.array([float(edge[0]), float(edge[1])]) + rng.uniform(-1.0, 1.0, 2) * ratio
+        offset = np.array([float(edge[0]), float(edge[1])]) + rng.uniform(-1.0, 1.0, 2) * ratio
         # The light goes along z, so that the place along it does not matter.
-        state = State([[0, 0, 0], [*-aside, 4.0]], np.zeros((2, 3)), attitude)
+        state = State([[0, 0, 0], [*-offset, 4.0]], np.zeros((2, 3)), attitude)
         system = System([Body(Ellipsoid(*a), mass=1.0) for a in axes], G=1.0)
         result = observing.brightness(system, state, [0, 0, 1], [0, 0, 1])[0]
         area = np.pi * float(mpmath.sqrt(mpmath.det(small)))
-        expected = uncovered(small, large, mpmath.matrix([float(-aside[0]), float(-aside[1])]))
+        expected = uncovered(small, large, mpmath.matrix([float(-offset[0]), float(-offset[1])]))
         partly += 0.01 * area < expected < 0.99 * area
         # The attitude of the large body moves its outline by the last digit of its size.
         narrow = float(mpmath.sqrt(mpmath.eigsy(small, eigvals_only=True)[0]))

@@ -35,3 +35,11 @@ def by_start(data, system, state, steps):
                 ]
                 differences[:, 12 * body + 3 * KINDS.index(kind) + axis] = (ends[0] - ends[1]) / (2 * step)
     return exact, differences
+
+
+def assert_by_kind(exact, differences, relative, absolute=0.0):
+    """Derivatives (C, 12 N) equal differences, relative to the largest of their kind of component, for all kinds."""
+    for kind in range(4):
+        columns = [12 * body + 3 * kind + axis for body in range(exact.shape[1] // 12) for axis in range(3)]
+        size = np.abs(differences[:, columns]).max()
+        np.testing.assert_allclose(exact[:, columns], differences[:, columns], atol=relative * size + absolute)
