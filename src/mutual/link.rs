@@ -97,12 +97,21 @@ impl Link {
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let part_pose = self.pose(pose);
-        let closing = predicted.map_or(0.0, |predicted| self.closing(pose, &part_pose, predicted));
+        let closing = match predicted {
+            Some(predicted) => self.closing(pose, &part_pose, predicted, interrupt)?,
+            None => 0.0,
+        };
         self.pair.prepare(&part_pose, closing, interrupt)
     }
 
     /// Returns the share of the parts' separation that may close without overlap.
-    fn closing(&self, pose: &Pose, part_pose: &Pose, predicted: &PredictedMotion) -> f64 {
+    fn closing(
+        &self,
+        pose: &Pose,
+        part_pose: &Pose,
+        predicted: &PredictedMotion,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<f64> {
         let distance = part_pose.separation.norm();
         let (mut reach, mut growth) = (predicted.reach, predicted.growth);
         if let Some(offsets) = &self.offsets {
@@ -119,9 +128,9 @@ impl Link {
         } else if growth.is_finite() {
             1.0 / growth
         } else {
-            1.0 / self.pair.growth(part_pose)
+            1.0 / self.pair.growth(part_pose, interrupt)?
         };
-        (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
+        Ok((1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5))
     }
 
     /// Returns whether the parts are nearer to each other than the rule in use is valid for.

@@ -223,10 +223,13 @@ impl Pair {
     }
 
     /// Returns the factor by which both shapes must grow to touch.
-    pub fn growth(&self, pose: &Pose) -> f64 {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted).
+    pub fn growth(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<f64> {
         let Pose { separation, rotation_first, rotation_second } = self.scaled(pose);
-        let [first, second] = &self.bodies;
-        growth(&first.shape, &second.shape, &separation, &rotation_first, &rotation_second).factor
+        let shapes = [&self.bodies[0].shape, &self.bodies[1].shape];
+        Ok(growth(shapes, &separation, [&rotation_first, &rotation_second], 0.0, interrupt)?.factor)
     }
 
     /// Returns force and torques with the rule in use.

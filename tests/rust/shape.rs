@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use fullbody::math::{Mat3, Vec3};
-use fullbody::shape::{Body, Ellipsoid, Shape, contact_function, growth};
+use fullbody::shape::{Body, Ellipsoid, Shape};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 

@@ -173,7 +173,7 @@ fn degree_of(share: f64, most: usize) -> usize {
 
 /// Cuts a closed surface by the plane through a point across its longest extent into two closed surfaces.
 fn cut(triangles: &[Triangle], through: &Vec3) -> [Vec<Triangle>; 2] {
-    let extent = BoundingBox::of(triangles.as_flattened());
+    let extent = BoundingBox::around(triangles.as_flattened());
     let axis = (extent.high - extent.low).imax();
     let height = |v: &Vec3| v[axis] - through[axis];
     // Both triangles at an edge get the same point in the plane, to the last bit.

@@ -413,7 +413,7 @@ fn contact(at: &EvaluationPoint, first: usize, second: usize) -> Result<f64> {
     let rotations = [&at.rotation(first), &at.rotation(second)];
     // Bodies so thin that rounding decides the sign are an error.
     let interrupt = &mut InterruptCheck::never();
-    Ok(Proximity::of([&bodies[first], &bodies[second]], &r, rotations, at.time, interrupt)?.factor - 1.0)
+    Ok(Proximity::compute([&bodies[first], &bodies[second]], &r, rotations, at.time, interrupt)?.factor - 1.0)
 }
 
 fn alignment(at: &EvaluationPoint, body: usize, other: usize) -> f64 {

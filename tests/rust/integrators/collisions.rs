@@ -3,7 +3,7 @@
 
 use super::systems::*;
 use crate::polyhedron::cuboid;
-use crate::support::{cases, direction, semi_axes};
+use crate::support::{cases, contact_function, direction, semi_axes};
 use fullbody::dynamics::{AttitudeChart, Settings, State, System};
 use fullbody::error::Error;
 use fullbody::integrate::{Scheme, Tolerance};
@@ -286,7 +286,7 @@ proptest! {
             for k in 0..=400 {
                 let at = solution.state((from + (to - from) * f64::from(k) / 400.0).min(to)).unwrap();
                 let r = at.position()[1] - at.position()[0];
-                let square = fullbody::shape::contact_function(
+                let square = contact_function(
                     &shapes[0],
                     &shapes[1],
                     &r,
@@ -335,7 +335,7 @@ proptest! {
             let r = at.position()[1] - at.position()[0];
             let turns = [0, 1].map(|k| rotation::matrix(at.attitude()[k]));
             let never = &mut InterruptCheck::never();
-            Proximity::of([&bodies[0], &bodies[1]], &r, [&turns[0], &turns[1]], time, never).unwrap().factor
+            Proximity::compute([&bodies[0], &bodies[1]], &r, [&turns[0], &turns[1]], time, never).unwrap().factor
         };
         const COUNT: usize = 3000;
         let step = end / COUNT as f64;

@@ -9,7 +9,7 @@ use fullbody::interrupt::{HOOK_INTERVAL, InterruptCheck, UNITS};
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Method, Pair, PartGravity, Pose};
-use fullbody::shape::{Body, InputPart, Polyhedron, Proximity, Shape};
+use fullbody::shape::{Body, InputPart, Polyhedron, Proximity, Shape, gap_between};
 use fullbody::trajectory::{
     Condition, Event, Integrator, Output, Run, Simulation, StopReason, TangentOptions, Trajectory,
 };
@@ -264,10 +264,20 @@ fn overlap_of_many_parts() {
     let turn = Mat3::identity();
     let separation = Vec3::new(0.0, 0.0, 0.81);
     let meet = |interrupt: &mut InterruptCheck| {
-        Proximity::of([&first, &second], &separation, [&turn, &turn], 2.5, interrupt)
+        Proximity::compute([&first, &second], &separation, [&turn, &turn], 2.5, interrupt)
     };
     assert!(!meet(&mut InterruptCheck::never()).unwrap().overlap);
     assert_eq!(interrupted(impatient(meet)), 2.5);
+}
+
+#[test]
+fn overlap_of_two_large_polyhedra_is_interrupted() {
+    let shape = Shape::Polyhedron(cube(4));
+    let gap = |interrupt: &mut InterruptCheck| {
+        gap_between([&shape; 2], &Vec3::new(0.5, 0.3, 0.2), [&Mat3::identity(); 2], 2.5, interrupt)
+    };
+    assert!(gap(&mut InterruptCheck::never()).unwrap().unwrap() < 0.0);
+    assert_eq!(interrupted(impatient(gap)), 2.5);
 }
 
 /// The moments of a large mesh are computed once, when they are first needed.
