@@ -281,7 +281,7 @@ impl System {
             return Ok(f64::INFINITY);
         }
         let rotations = [&pose.rotation_first, &pose.rotation_second];
-        let meeting = Proximity::of([first, second], &pose.separation, rotations, time, interrupt)?;
+        let meeting = Proximity::compute([first, second], &pose.separation, rotations, time, interrupt)?;
         if meeting.overlap {
             let (first, second) = (first.name.clone(), second.name.clone());
             return Err(Error::BodiesOverlap { first, second, time });
