@@ -25,7 +25,7 @@ __all__ = [
     "State",
     "StokesCoefficients",
     "System",
-    "Toward",
+    "Viewpoint",
     "cartesian_to_elements",
     "check_force",
     "elements_to_cartesian",
@@ -218,10 +218,10 @@ class System:
     def angular_momentum(self, state: State) -> _Array: ...
 
 @final
-class Toward:
+class Viewpoint:
     def __new__(
         cls, times: Sequence[float], positions: Sequence[Sequence[float]], slowness: float, distant: bool, bounded: bool
-    ) -> Toward: ...
+    ) -> Viewpoint: ...
 
 @disjoint_base
 class Condition:
@@ -316,8 +316,8 @@ class Condition:
         @property
         def total(self) -> bool: ...
         @property
-        def toward(self) -> Toward: ...
-        def __new__(cls, body: int, by: int, total: bool, toward: Toward) -> Condition.Occultation: ...
+        def toward(self) -> Viewpoint: ...
+        def __new__(cls, body: int, by: int, total: bool, toward: Viewpoint) -> Condition.Occultation: ...
 
     @final
     class Function(Condition):

@@ -7,8 +7,8 @@
 //! difference is positive the bodies are apart, so that no dip is too short to be seen. Otherwise the
 //! interval is halved, until there is an overlap in its middle or it is too short for one.
 //!
-//! Beside a polyhedron, which no plane need separate from the other body, the gap in the middle is compared
-//! with how far any point can move.
+//! A polyhedron and another body need not have a separating plane. For them the gap in the middle is compared with the
+//! largest distance that any point can move.
 
 use crate::dynamics::{AttitudeChart, Layout};
 use crate::error::Result;
@@ -35,7 +35,7 @@ pub(super) struct Encounter<'a> {
     layout: Layout,
     bodies: [usize; 2],
     shapes: [&'a Shape; 2],
-    /// Where the parts are in their bodies; `None` at the origin.
+    /// The positions and rotations of the parts in their bodies; `None` for a part that is at the origin.
     placements: [Option<Placement>; 2],
     names: [&'a str; 2],
     /// Bounds of the first three derivatives with respect to the fraction of the piece, of the separation of
@@ -46,7 +46,7 @@ pub(super) struct Encounter<'a> {
     balance: f64,
 }
 
-/// What is proved about an interval.
+/// The result of the test of an interval.
 enum Verdict {
     /// There is no overlap in the interval.
     Clear,
@@ -174,7 +174,7 @@ impl<'a> Encounter<'a> {
         }
     }
 
-    /// Returns what is proved about the interval of this half length about its middle.
+    /// Tests the interval of this half length about its middle.
     fn verdict(&mut self, middle: f64, half: f64, interrupt: &mut InterruptCheck) -> Result<Verdict> {
         /// The largest value of x (x^2 - 1) / 6 between 0 and 1: the error of the parabola through three
         /// points of a cubic.
@@ -189,17 +189,17 @@ impl<'a> Encounter<'a> {
         let along = Rotation3::new(rotation_vector * half);
         let following = |n: Vec3| [along.inverse_transform_vector(&n), n, along * n];
         let w = rotation_vector.norm();
-        let Some([v, a, j]) = self.moving(&bases[1], half) else { return Ok(Verdict::Unknown) };
+        let Some([v, a, j]) = self.separation_bounds(&bases[1], half) else { return Ok(Verdict::Unknown) };
         let cubic = j + 3.0 * w * (a + w * v) + w * w * w * (distance + v * half);
         let least = |gap: [f64; 3], cubic: f64| parabola(gap) - PARABOLA_ERROR * cubic * half * half * half;
 
         // The circumscribed spheres are tried first.
-        let reach = self.shapes[0].circumradius() + self.shapes[1].circumradius();
+        let radii = self.shapes[0].circumradius() + self.shapes[1].circumradius();
         let n = following(r[1] / distance);
-        let gap = [0, 1, 2].map(|k| n[k].dot(&r[k]) - reach);
+        let gap = [0, 1, 2].map(|k| n[k].dot(&r[k]) - radii);
         let faceted = self.shapes.iter().any(|shape| matches!(shape, Shape::Polyhedron(_)));
         let spherical = !faceted && self.shapes.iter().all(|shape| focal_square(shape) == 0.0);
-        if least(gap, cubic) >= if spherical { -TOUCHING * reach } else { 0.0 } {
+        if least(gap, cubic) >= if spherical { -TOUCHING * radii } else { 0.0 } {
             return Ok(Verdict::Clear);
         }
         let undecided = |gap: f64| if gap > 0.0 { Verdict::Apart } else { Verdict::Unknown };
@@ -266,7 +266,7 @@ impl<'a> Encounter<'a> {
 
     /// Returns bounds of the first three derivatives of the separation of the parts, which rotate about the
     /// centres of their bodies.
-    fn moving(&self, middle: &Basis, half: f64) -> Option<[f64; 3]> {
+    fn separation_bounds(&self, middle: &Basis, half: f64) -> Option<[f64; 3]> {
         let mut bounds = self.separation;
         for which in [0, 1] {
             if let Some(placement) = &self.placements[which] {

@@ -57,7 +57,7 @@ impl Flows for StepTangentMap<'_> {
             return self.splitting.drift(self.equations, size, [high, low], interrupt);
         }
         let pieces = (self.splitting.farthest(self.equations, high, size) / ANGLE).ceil().max(1.0);
-        let mut ahead = self.splitting.clone();
+        let mut splitting_within = self.splitting.clone();
         let (mut y, mut tail, mut end) = (high.to_vec(), low.to_vec(), high.to_vec());
         for piece in 0..pieces as u64 {
             let Self { equations, variations, collocation, columns, time, .. } = self;
@@ -66,7 +66,7 @@ impl Flows for StepTangentMap<'_> {
                     y.copy_from_slice(high);
                     tail.copy_from_slice(low);
                     let part = (piece as f64 + fraction) / pieces;
-                    ahead.drift(equations, size * part, [y, &mut tail], interrupt)
+                    splitting_within.drift(equations, size * part, [y, &mut tail], interrupt)
                 };
             for node in 0..collocation.gauss().nodes.len() {
                 at(equations, collocation.gauss().nodes[node], &mut y, interrupt)?;

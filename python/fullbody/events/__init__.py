@@ -344,7 +344,7 @@ class Occultation(Event):
             vectors, when = np.repeat(vectors, 4, axis=0), np.arange(4.0)
         else:
             when = context.units.numbers(times, "time", "times of Occultation")
-        path = _core.Toward(when.tolist(), vectors.tolist(), self.slowness, self.distant, times is not None)
+        path = _core.Viewpoint(when.tolist(), vectors.tolist(), self.slowness, self.distant, times is not None)
         numbers = self._unitless(context.units, context.index)
         return _core.Condition.Occultation(numbers["body"], numbers["by"], self.total, path)
 

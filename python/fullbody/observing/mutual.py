@@ -126,7 +126,7 @@ def mutual_events(
         refuse_near(system, local, what, np.array(toward), centre, states["attitude"], np.array(knots), 1.0, 1.0)
         for q, limb in enumerate(_limb(np.array(toward), radius if len(points[kind]) > 1 else 0.0)):
             slowness = KINDS[kind] / local.light_speed
-            towards[kind, q] = _core.Toward(knots, limb.tolist(), slowness, local.distant, False)
+            towards[kind, q] = _core.Viewpoint(knots, limb.tolist(), slowness, local.distant, False)
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind, q]) for kind, i, j, total, q in keys]
     crossings = run.dense.core.crossings(system.context.core, conditions, span)
     intervals = {key: _intervals(*crossing, span, start < stop) for key, crossing in zip(keys, crossings, strict=True)}
