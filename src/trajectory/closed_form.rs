@@ -13,8 +13,7 @@ impl Simulation {
     pub(super) fn closed_form(&self, until: f64, run: &Run) -> Option<SteadyRotation> {
         let [body] = self.system().bodies() else { return None };
         // A torque across the spin moves the axis away from that of the body.
-        let across =
-            |parameter: &Parameter| matches!(parameter, Parameter::OfForce(_, ForceParameter::Across));
+        let across = |parameter: &Parameter| matches!(parameter, Parameter::Force(_, ForceParameter::Across));
         let derivatives = run.tangent_options.derivatives.as_deref().unwrap_or_default();
         let stepwise = derivatives.iter().any(across)
             || self.propagator.fixed().is_some()

@@ -194,7 +194,7 @@ impl Tangents {
         if present.time != state.time {
             return None;
         }
-        nominal.later(state.time, &variations.expand(&present.columns, [start, state], nominal).0)
+        nominal.propagated(state.time, &variations.expand(&present.columns, [start, state], nominal).0)
     }
 
     /// Records the derivatives or indicators at a state of the run, which is where the tangent vectors are or
@@ -335,8 +335,8 @@ impl Tangent {
             }
             if let Some(growth_monitor) = growth_monitor {
                 let growth = |node| growth_monitor.growth(collocation.at_node(node));
-                let ends =
-                    [&advanced.columns, collocation.reached()].map(|columns| growth_monitor.growth(columns));
+                let ends = [&advanced.columns, collocation.end_columns()]
+                    .map(|columns| growth_monitor.growth(columns));
                 if (ends[1] - ends[0]).abs() > LONGEST && 0.5 * (next - from) >= SHORTEST {
                     length = 0.5 * (next - from);
                     continue;
@@ -345,7 +345,7 @@ impl Tangent {
                 growth_monitor.integrate(collocation.gauss(), step, growth, &mut advanced.integrals);
                 length *= 2.0;
             }
-            advanced.columns.copy_from_slice(collocation.reached());
+            advanced.columns.copy_from_slice(collocation.end_columns());
             if is_final {
                 collocation.remember(size);
             }

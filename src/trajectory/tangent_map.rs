@@ -71,16 +71,16 @@ impl Flows for StepTangentMap<'_> {
             for node in 0..collocation.gauss().nodes.len() {
                 at(equations, collocation.gauss().nodes[node], &mut y, interrupt)?;
                 variations.evaluate_drift(equations, &y);
-                collocation.take(node, equations, variations, &y);
+                collocation.load(node, equations, variations, &y);
             }
             at(equations, 0.0, &mut y, interrupt)?;
             at(equations, 1.0, &mut end, interrupt)?;
-            collocation.between(equations, variations, [&y, &end]);
+            collocation.load_ends(equations, variations, [&y, &end]);
             let size = size / pieces;
             if !collocation.solve(equations, [*time, size], columns, piece > 0, interrupt)? {
                 return Err(self.failed());
             }
-            columns.copy_from_slice(collocation.reached());
+            columns.copy_from_slice(collocation.end_columns());
             collocation.remember(size);
         }
         self.splitting.drift(self.equations, size, [high, low], interrupt)

@@ -138,7 +138,7 @@ impl Condition<'_> {
                 parameter.moves_surface().is_some_and(|body| body == *first || body == *second)
             }
             Self::Escape { first, second, .. } => {
-                let mass = [*first, *second].into_iter().any(|body| parameter.of_mass(body) != 0.0);
+                let mass = [*first, *second].into_iter().any(|body| parameter.mass_derivative(body) != 0.0);
                 mass || parameter == Parameter::GravitationalConstant
             }
             Self::ClosestApproach { force } => parameter.moves_third_body(*force),
