@@ -88,7 +88,7 @@ impl Variations {
         let attracted =
             bodies.iter().enumerate().filter(|(body, _)| has_third_body && has_axis_parameter(*body));
         let attractions = attracted
-            .filter_map(|(body, of)| Some((body, ExtendedAttraction::of_ellipsoid(&of.parts()[0].shape)?)))
+            .filter_map(|(body, of)| Some((body, ExtendedAttraction::ellipsoidal(&of.parts()[0].shape)?)))
             .collect();
         let by_part = parameters.iter().map(|parameter| parameter.part_derivative(bodies));
         let by_part = by_part.collect::<Result<Vec<_>>>()?;
