@@ -50,7 +50,7 @@ enum ForceTermKind {
     Tide(tide::TidalForce),
     Yorp(yorp::YorpTorque),
     Byorp(byorp::ByorpForce),
-    BinaryYarkovsky(binary_yarkovsky::ThermalForce),
+    BinaryYarkovsky(binary_yarkovsky::BinaryYarkovskyForce),
     Function(function::FunctionForce),
 }
 
