@@ -73,7 +73,7 @@ fn lattice(count: usize, shape: Shape) -> (System, State) {
 
 /// Very many bodies: of one state, in the making of a simulation, and within one evaluation of their forces.
 #[test]
-fn many_bodies() {
+fn forces_of_many_bodies_are_interrupted() {
     let (system, state) = lattice(60, Shape::sphere(1.0).unwrap());
     assert_eq!(interrupted(impatient(|interrupt| system.interactions_with(&state, interrupt))), 2.5);
     interrupted(impatient(|interrupt| system.energy_with(&state, interrupt)));
@@ -114,7 +114,7 @@ fn many_bodies_of_an_archive() {
 
 /// Two bodies so close that their rule is found by comparing some with ten thousands of nodes.
 #[test]
-fn comparing_rules() {
+fn comparisons_of_rules_are_interrupted() {
     let (system, state) = lattice(2, Shape::ellipsoid([1.0, 0.9, 0.05]).unwrap());
     let state = replaced(state, |[position, ..]| position[1] = Vec3::new(0.0, 0.0, 0.1 + 1e-4));
     let counted = |outcome: Result<()>| assert_eq!(interrupted(outcome), 2.5);
@@ -312,7 +312,7 @@ fn reading_a_large_polyhedron() {
 
 /// Whether bodies have met in a step is asked of every pair: of 51,040 spheres, and of no points.
 #[test]
-fn watching_for_contact() {
+fn the_watch_for_contacts_is_interrupted() {
     let looks = |shape| {
         let (system, state) = lattice(320, shape);
         let integrator = Integrator::LieGroupVariational { step: 1e-3 };
@@ -386,7 +386,7 @@ impl Equations for Refusing {
 }
 
 #[test]
-fn endless_rejections() {
+fn endless_rejections_are_interrupted() {
     let tolerance = Tolerance::new(1e-9, 1e-9).unwrap();
     let mut stepper = Stepper::new(&VERNER98, tolerance, 0.0, vec![1.0], vec![0.0]);
     interrupted(impatient(|interrupt| stepper.step(&mut Refusing { evaluations: 0 }, 1.0, interrupt)));
@@ -468,7 +468,7 @@ fn steps_too_long_for_a_rotor() {
 
 /// Samples without end, and events in pieces without end.
 #[test]
-fn samples_and_events() {
+fn samples_and_events_are_interrupted() {
     let (system, state) = points(0.3);
     for output in [Output::Spacing(1.1e-8), Output::Steps] {
         let mut simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
