@@ -415,10 +415,10 @@ impl Pair {
             0 => (&pose.rotation_second, &pose.rotation_first, -pose.separation),
             _ => (&pose.rotation_first, &pose.rotation_second, pose.separation),
         };
-        let to_field = field.to_canonical_frame(rotation_field.transpose());
+        let to_field = field.rotation_to_canonical(rotation_field.transpose());
         Roles {
             origin: rotate(&to_field, &separation),
-            rotation: set.from_canonical_frame(times(&to_field, rotation_set)),
+            rotation: set.rotation_from_canonical(times(&to_field, rotation_set)),
         }
     }
 }

@@ -42,10 +42,10 @@ impl Batch<'_, '_> {
         let until = off.unwrap_or(end);
         let ephemeris = self.context.model.ephemeris;
         while let Some(time) = self.due(index, until, true) {
-            let (x, v) = ephemeris.pose(body, time).to_inertial(&point, &Vec3::zeros());
+            let (x, v) = ephemeris.pose(body, time).in_inertial_frame(&point, &Vec3::zeros());
             self.record(index, &x, &v);
         }
-        let (x, v) = ephemeris.pose(body, until).to_inertial(&point, &Vec3::zeros());
+        let (x, v) = ephemeris.pose(body, until).in_inertial_frame(&point, &Vec3::zeros());
         let particle = &mut self.particles[index];
         particle.set_motion(until, &x, &v);
         if off.is_some() {
@@ -84,7 +84,9 @@ impl Batch<'_, '_> {
         let held = |until: f64| ParticleStatus::On { body, point, normal, held: until };
         self.particles[index].strikes += 1;
         let (moving, end, status) = match self.context.rules.contact {
-            ContactResponse::Stop => (pose.to_inertial(&point, &Vec3::zeros()), end, held(f64::INFINITY)),
+            ContactResponse::Stop => {
+                (pose.in_inertial_frame(&point, &Vec3::zeros()), end, held(f64::INFINITY))
+            }
             ContactResponse::Remove => ((*x, *v), end, ParticleStatus::Gone),
             ContactResponse::Bounce { normal: along, tangential, rest } => {
                 let out = across * tangential - normal * (along * inwards);
@@ -105,11 +107,15 @@ impl Batch<'_, '_> {
                 {
                     let end = End { fate: Fate::Rest, ..end };
                     let until = if stays { time + STAY * passing } else { time };
-                    (pose.to_inertial(&point, &Vec3::zeros()), end, held(until))
+                    (pose.in_inertial_frame(&point, &Vec3::zeros()), end, held(until))
                 } else {
                     let particle = &mut self.particles[index];
                     (particle.next, particle.controller, particle.left_at) = (0.0, Controller::new(), time);
-                    (pose.to_inertial(&point, &out), End::default(), ParticleStatus::Flying { leaving: true })
+                    (
+                        pose.in_inertial_frame(&point, &out),
+                        End::default(),
+                        ParticleStatus::Flying { leaving: true },
+                    )
                 }
             }
         };
@@ -134,7 +140,7 @@ impl Batch<'_, '_> {
         probe.area_to_mass = [self.particles[index].area_to_mass; BLOCK];
         let poses = times.map(|time| ephemeris.pose(body, time));
         for (lane, pose) in poses.iter().enumerate() {
-            let (x, v) = pose.to_inertial(point, &Vec3::zeros());
+            let (x, v) = pose.in_inertial_frame(point, &Vec3::zeros());
             for c in 0..3 {
                 (probe.motion[c][lane], probe.motion[3 + c][lane]) = (x[c], v[c]);
             }

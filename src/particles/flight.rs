@@ -331,7 +331,7 @@ fn begin(
 ) -> Result<()> {
     let (x, v) = (particle.position(), particle.velocity());
     for (body, (surface, pose)) in surfaces.iter().zip(poses).enumerate() {
-        let (point, _) = pose.to_body_frame(&x, &v);
+        let (point, _) = pose.in_body_frame(&x, &v);
         if surface.contains(&point) {
             let name = &system.bodies()[body].name;
             let value = format!("inside {name}");

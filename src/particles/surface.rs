@@ -72,14 +72,14 @@ pub struct Landing {
 
 impl BodyMotion {
     /// Converts position and velocity to the body frame, with the velocity relative to the rotating body.
-    pub fn to_body_frame(&self, position: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
+    pub fn in_body_frame(&self, position: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
         let local = rotate_back(&self.rotation, &(position - self.position));
         let velocity = rotate_back(&self.rotation, &(velocity - self.velocity)) - self.spin.cross(&local);
         (local, velocity)
     }
 
-    /// Converts position and velocity from the body frame: the inverse of [`Self::to_body_frame`].
-    pub fn to_inertial(&self, local: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
+    /// Converts position and velocity from the body frame: the inverse of [`Self::in_body_frame`].
+    pub fn in_inertial_frame(&self, local: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
         let moving = velocity + self.spin.cross(local);
         (self.position + rotate(&self.rotation, local), self.velocity + rotate(&self.rotation, &moving))
     }
@@ -185,7 +185,7 @@ impl BodySurface {
 
     /// Describes a particle at the surface of a part.
     pub fn landing(&self, pose: &BodyMotion, part: usize, (position, velocity): (&Vec3, &Vec3)) -> Landing {
-        let (point, velocity) = pose.to_body_frame(position, velocity);
+        let (point, velocity) = pose.in_body_frame(position, velocity);
         let part = &self.parts[part];
         let normal = rotate(&part.rotation, &part.normal(&part.part_frame(&point)));
         Landing { point, normal, velocity }
@@ -321,7 +321,7 @@ impl PartSurface {
     fn clearance(&self, ephemeris: &BodyEphemeris, body: usize, step: &Segment, time: f64) -> Clearance {
         let (position, velocity) = motion_at(step, time);
         let pose = ephemeris.pose(body, time);
-        let (local, w) = pose.to_body_frame(&position, &velocity);
+        let (local, w) = pose.in_body_frame(&position, &velocity);
         let still = ROUNDING * (velocity.norm() + pose.spin.norm() * local.norm());
         let (y, w) = (self.part_frame(&local), rotate_back(&self.rotation, &w));
         let distance_from_origin = position.norm();
