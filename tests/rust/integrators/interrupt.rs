@@ -438,7 +438,7 @@ fn the_inside_of_a_fixed_step() {
 /// A body that turns too far in a step for the free rotation is refused with the numbers, and the step that
 /// is advised does.
 #[test]
-fn steps_too_long_for_a_rotor() {
+fn steps_too_long_for_a_rotor_are_refused_with_advice() {
     let bodies = |name: &str, axes| Body::with_mass(name, Shape::ellipsoid(axes).unwrap(), 1.0).unwrap();
     let spinner = bodies("Spinner", [1.0, 0.8, 0.6]);
     let system =
@@ -457,7 +457,7 @@ fn steps_too_long_for_a_rotor() {
         let message = step(0.5).unwrap_err().to_string();
         println!("{message}");
         assert!(
-            message.contains("Spinner turns by") && message.contains("use a step of at most "),
+            message.contains("Spinner rotates by") && message.contains("use a step of at most "),
             "{message}"
         );
         let advised: f64 = message.rsplit(' ').next().unwrap().parse().unwrap();
