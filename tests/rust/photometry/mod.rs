@@ -220,9 +220,8 @@ fn first_moments_are_sums_over_the_surface() {
         to_observer: directions[0],
         to_sun: directions[1],
     };
-    let laws: [(Law, fn(f64, f64) -> f64); 2] =
-        [(Law::LOMMEL_SEELIGER, |mu, mu0| mu * mu0 / (mu + mu0)), (Law::LAMBERT, |mu, mu0| mu * mu0)];
-    for (law, function) in laws {
+    for law in LAWS {
+        let function = |mu: f64, mu0: f64| mu * mu0 / if law == Law::LAMBERT { 1.0 } else { mu + mu0 };
         let photometer = pair.photometer(law, false);
         let (light, moment) = photometer.moments_in(&[pair.view()], &mut InterruptCheck::never()).unwrap()[0];
         let (expected, sums) = surface_sums(axes, directions, function);
