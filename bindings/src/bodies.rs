@@ -13,11 +13,11 @@ use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// A part in the working frame: shape, mass or density, position, attitude.
-type New<'py> = (PyShape<'py>, Option<f64>, Option<f64>, [f64; 3], [f64; 4]);
+type NewPart<'py> = (PyShape<'py>, Option<f64>, Option<f64>, [f64; 3], [f64; 4]);
 /// A part in the working frame: shape, mass, position, attitude.
 type PartTuple<'py> = (PyShape<'py>, f64, [f64; 3], [f64; 4]);
 /// A part in the body frame: shape, mass, position, rotation matrix.
-type Placed<'py> = (PyShape<'py>, f64, [f64; 3], [[f64; 3]; 3]);
+type PlacedPart<'py> = (PyShape<'py>, f64, [f64; 3], [[f64; 3]; 3]);
 
 /// A shape: a polyhedron, Stokes coefficients, semi-axes, or none for a point.
 #[derive(FromPyObject, IntoPyObject)]
@@ -28,7 +28,7 @@ pub enum PyShape<'py> {
 }
 
 impl<'py> PyShape<'py> {
-    fn of(py: Python<'py>, shape: &Shape) -> Result<Self> {
+    fn new(py: Python<'py>, shape: &Shape) -> Result<Self> {
         Ok(match shape {
             Shape::Ellipsoid(e) => Self::Axes(Some(e.semi_axes())),
             Shape::Polyhedron(p) => Self::Polyhedron(Bound::new(py, PyPolyhedron::from(p.clone()))?),
@@ -92,7 +92,7 @@ impl PyBody {
     /// Makes a body of several parts, each (shape, mass, density, position, attitude) with either a mass or a
     /// density.
     #[staticmethod]
-    fn composite(name: String, parts: Vec<New<'_>>) -> Result<Self> {
+    fn composite(name: String, parts: Vec<NewPart<'_>>) -> Result<Self> {
         let input =
             parts.into_iter().enumerate().map(|(index, (shape, mass, density, position, attitude))| {
                 let what = format!("part {index} of {name}");
@@ -117,19 +117,19 @@ impl PyBody {
     /// Returns the parts of a composite as they were given, in its working frame; empty for an ordinary body.
     #[getter]
     fn input_parts<'py>(&self, py: Python<'py>) -> Result<Vec<PartTuple<'py>>> {
-        let of =
-            |part: &InputPart| Ok((PyShape::of(py, &part.shape)?, part.mass, part.position, part.attitude));
-        self.inner.input_parts().iter().map(of).collect()
+        let tuple =
+            |part: &InputPart| Ok((PyShape::new(py, &part.shape)?, part.mass, part.position, part.attitude));
+        self.inner.input_parts().iter().map(tuple).collect()
     }
 
     /// Returns all parts in the body frame.
     #[getter]
-    fn parts<'py>(&self, py: Python<'py>) -> Result<Vec<Placed<'py>>> {
+    fn parts<'py>(&self, py: Python<'py>) -> Result<Vec<PlacedPart<'py>>> {
         let parts = self.inner.parts().iter();
         parts
             .map(|part| {
                 let rotation = part.rotation().transpose();
-                Ok((PyShape::of(py, &part.shape)?, part.mass, part.position().into(), rotation.into()))
+                Ok((PyShape::new(py, &part.shape)?, part.mass, part.position().into(), rotation.into()))
             })
             .collect()
     }

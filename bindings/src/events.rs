@@ -8,7 +8,7 @@ use fullbody::dynamics::{Parameter, State};
 use fullbody::error::Error;
 use fullbody::math::Vec3;
 use fullbody::math::spline::Spline;
-use fullbody::trajectory::{Condition, ConditionDerivatives, Event, Toward};
+use fullbody::trajectory::{Condition, ConditionDerivatives, Event, Viewpoint};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -24,18 +24,18 @@ pub enum PyCondition {
     Escape { first: usize, second: usize, distance: f64 },
     Alignment { body: usize, other: usize },
     ClosestApproach { force: usize },
-    Occultation { body: usize, by: usize, total: bool, toward: Py<PyToward> },
+    Occultation { body: usize, by: usize, total: bool, toward: Py<PyViewpoint> },
     Function { f: Py<PyAny> },
 }
 
 /// The path of a point that sees the bodies or lights them, as a cubic spline.
-#[pyclass(frozen, name = "Toward", module = "fullbody._core")]
-pub struct PyToward {
-    inner: Toward,
+#[pyclass(frozen, name = "Viewpoint", module = "fullbody._core")]
+pub struct PyViewpoint {
+    inner: Viewpoint,
 }
 
 #[pymethods]
-impl PyToward {
+impl PyViewpoint {
     /// Makes the path through positions (T, 3) from the barycentre at times (T,), of which only the directions
     /// count if it is distant, with the time that light takes per unit length.
     #[new]
@@ -47,7 +47,7 @@ impl PyToward {
         bounded: bool,
     ) -> Result<Self> {
         let path = Spline::new("times of Occultation", &times, &positions)?;
-        Ok(Self { inner: Toward { path, slowness, distant, bounded } })
+        Ok(Self { inner: Viewpoint { path, slowness, distant, bounded } })
     }
 }
 
@@ -108,7 +108,7 @@ impl PyCondition {
             Self::Alignment { body, other } => Condition::Alignment { body, other },
             Self::ClosestApproach { force } => Condition::ClosestApproach { force },
             Self::Occultation { body, by, total, ref toward } => {
-                Condition::Occultation { body, by, total, toward: Box::new(toward.get().inner.clone()) }
+                Condition::Occultation { body, by, total, viewpoint: Box::new(toward.get().inner.clone()) }
             }
             Self::Function { ref f } => {
                 let (f, listener) = (f.clone_ref(py), listener.clone());

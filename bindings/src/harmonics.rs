@@ -1,6 +1,7 @@
 //! Spherical harmonics.
 
 use super::arrays::{array, vectors};
+use super::listening::listening;
 use crate::errors::Result;
 use fullbody::math::harmonics;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
@@ -15,6 +16,13 @@ pub fn solid_harmonics<'py>(
     degree: usize,
 ) -> Result<Bound<'py, PyArrayDyn<f64>>> {
     let points = vectors("points", &points)?;
-    let values = points.iter().flat_map(|point| harmonics::at(point, degree)).collect();
+    let values = listening(py, |interrupt| {
+        let mut values = Vec::with_capacity(points.len() * harmonics::count(degree));
+        for point in &points {
+            interrupt.charge(1 + harmonics::count(degree) as u64 / 4, 0.0)?;
+            values.extend(harmonics::at(point, degree));
+        }
+        Ok(values)
+    })?;
     array(py, values, &[points.len(), harmonics::count(degree)])
 }

@@ -31,7 +31,7 @@ mod _core {
     #[pymodule_export]
     use super::ensembles::integrate_many;
     #[pymodule_export]
-    use super::events::{PyCondition, PyToward};
+    use super::events::{PyCondition, PyViewpoint};
     #[pymodule_export]
     use super::forces::check_force;
     #[pymodule_export]

@@ -53,21 +53,21 @@ impl PyLimb {
         Ok((distance, from_vectors(py, &by_point)?, from_vectors(py, &by_direction)?))
     }
 
-    /// Returns the indices of rays and the shares of their displacements at which they cross the limb.
+    /// Returns the indices of rays and the fractions of their displacements at which they cross the limb.
     fn crossings<'py>(
         &self,
         py: Python<'py>,
         points: PyReadonlyArrayDyn<'py, f64>,
         directions: PyReadonlyArrayDyn<'py, f64>,
-        ways: PyReadonlyArrayDyn<'py, f64>,
+        displacements: PyReadonlyArrayDyn<'py, f64>,
     ) -> Result<(Bound<'py, PyArray1<i64>>, Array<'py>)> {
-        let [points, directions, ways] =
-            rays([("points", &points), ("directions", &directions), ("displacements", &ways)])?;
-        let (rays, shares) =
-            listening(py, |interrupt| self.inner.crossings(&points, &directions, &ways, interrupt))?;
+        let [points, directions, displacements] =
+            rays([("points", &points), ("directions", &directions), ("displacements", &displacements)])?;
+        let (rays, fractions) =
+            listening(py, |interrupt| self.inner.crossings(&points, &directions, &displacements, interrupt))?;
         let rays = rays.into_iter().map(|ray| ray as i64).collect();
-        let count = shares.len();
-        Ok((PyArray1::from_vec(py, rays), array(py, shares, &[count])?))
+        let count = fractions.len();
+        Ok((PyArray1::from_vec(py, rays), array(py, fractions, &[count])?))
     }
 
     /// Returns the ends (E, 2, 3) of the edges of the limb that is seen along a direction.

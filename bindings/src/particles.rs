@@ -129,15 +129,19 @@ pub fn surface<'py>(
     let body = &system.inner.bodies()[body];
     body.require_surface()?;
     let surface = BodySurface::new(body);
-    let outermost = |direction: &Vec3| {
-        surface.outermost(direction).ok_or_else(|| {
-            let expected = "a body with a surface in all directions from its centre";
-            Error::invalid("body", format!("{:?}", body.name()), expected)
-        })
-    };
     let directions = vectors("directions", &directions)?;
-    let (points, normals): (Vec<_>, Vec<_>) =
-        directions.iter().map(outermost).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+    let (points, normals): (Vec<_>, Vec<_>) = listening(py, |interrupt| {
+        let outermost = |direction: &Vec3| {
+            interrupt.charge(surface.work(), 0.0)?;
+            surface.outermost(direction).ok_or_else(|| {
+                let expected = "a body with a surface in all directions from its centre";
+                Error::invalid("body", format!("{:?}", body.name()), expected)
+            })
+        };
+        directions.iter().map(outermost).collect::<Result<Vec<_>, _>>()
+    })?
+    .into_iter()
+    .unzip();
     Ok((from_vectors(py, &points)?, from_vectors(py, &normals)?))
 }
 
@@ -170,15 +174,15 @@ fn arrays<'py>(
     dict.set_item("time", array(py, output.to_vec(), &[k])?)?;
     dict.set_item("samples", array(py, record.samples, &[p, k, 6])?)?;
     let per_particle = |number: &dyn Fn(&Particle) -> f64| particles.iter().map(number).collect::<Vec<f64>>();
-    let of = |name: &str, number: &dyn Fn(&Particle) -> f64| -> Result<()> {
+    let set = |name: &str, number: &dyn Fn(&Particle) -> f64| -> Result<()> {
         Ok(dict.set_item(name, array(py, per_particle(number), &[p])?)?)
     };
-    of("fate_time", &|particle| particle.end.time)?;
-    of("longitude", &|particle| particle.end.longitude)?;
-    of("latitude", &|particle| particle.end.latitude)?;
-    of("speed", &|particle| particle.end.speed)?;
-    of("incidence", &|particle| particle.end.incidence)?;
-    of("last_time", &|particle| particle.time)?;
+    set("fate_time", &|particle| particle.end.time)?;
+    set("longitude", &|particle| particle.end.longitude)?;
+    set("latitude", &|particle| particle.end.latitude)?;
+    set("speed", &|particle| particle.end.speed)?;
+    set("incidence", &|particle| particle.end.incidence)?;
+    set("last_time", &|particle| particle.time)?;
     let motion: Vec<f64> = particles.iter().flat_map(|particle| particle.motion).collect();
     dict.set_item("last", array(py, motion, &[p, 6])?)?;
     let number = |fate: Fate| Fate::ALL.iter().position(|(_, other)| *other == fate).unwrap_or(0) as i8;

@@ -67,7 +67,7 @@ pub struct EpochData {
 }
 
 impl Epochs<'_> {
-    pub fn take(&self, bodies: usize) -> Result<EpochData, Error> {
+    pub fn read(&self, bodies: usize) -> Result<EpochData, Error> {
         let times = self.0.as_array().to_vec();
         let epoch_data = EpochData {
             positions: vectors("position", &self.1)?,
@@ -129,7 +129,7 @@ impl PyPhotometer {
     /// Returns the brightness (K, N) of each body.
     fn brightness<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> Result<Array<'py>> {
         let count = self.inner.bodies().len();
-        let epoch_data = epochs.take(count)?;
+        let epoch_data = epochs.read(count)?;
         let all = listening(py, |interrupt| self.inner.brightness_in(&epoch_data.views(count), interrupt))?;
         array(py, all, &[epoch_data.times.len(), count])
     }
@@ -138,7 +138,7 @@ impl PyPhotometer {
     /// inertial, (K, N, 4).
     fn moments<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> Result<Array<'py>> {
         let count = self.inner.bodies().len();
-        let epoch_data = epochs.take(count)?;
+        let epoch_data = epochs.read(count)?;
         let all = listening(py, |interrupt| self.inner.moments_in(&epoch_data.views(count), interrupt))?;
         let all = all.into_iter().flat_map(|(brightness, moment)| [brightness, moment.x, moment.y, moment.z]);
         array(py, all.collect(), &[epoch_data.times.len(), count, 4])
@@ -156,7 +156,7 @@ impl PyPhotometer {
         by_vertex: bool,
     ) -> Result<PartialArrays<'py>> {
         let count = self.inner.bodies().len();
-        let epoch_data = epochs.take(count)?;
+        let epoch_data = epochs.read(count)?;
         let views = epoch_data.views(count);
         let all = listening(py, |interrupt| self.inner.partials_in(&views, by_vertex, interrupt))?;
         let (mut brightness, mut by_body, mut by_direction) = (Vec::new(), Vec::new(), Vec::new());

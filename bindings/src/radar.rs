@@ -54,7 +54,7 @@ impl PyRadar {
         delays: Vec<f64>,
     ) -> Result<Bound<'py, PyArrayDyn<f64>>> {
         let count = self.inner.bodies().len();
-        let epoch_data = epochs.take(count)?;
+        let epoch_data = epochs.read(count)?;
         let times = epoch_data.times.len();
         let (at_centre, gradients) = (rows::<2>("at_centre", &at_centre)?, vectors("gradients", &gradients)?);
         for (what, length, expected) in

@@ -231,7 +231,7 @@ impl PySystem {
     /// Returns the names of the parameters by which runs can be differentiated.
     #[getter]
     fn parameters(&self) -> Vec<String> {
-        Parameter::of(&self.inner).into_iter().map(|(name, _)| name).collect()
+        Parameter::all_of(&self.inner).into_iter().map(|(name, _)| name).collect()
     }
 
     /// Returns the values of the parameters by their names.
@@ -272,7 +272,8 @@ impl PySystem {
     fn start_warnings(&self, state: &PyState, tolerance: Option<f64>) -> (Option<Fast>, Option<Far>) {
         let fast = self.inner.unbound(&state.inner).map(|u| (u.body, u.speed, u.escape, FAST));
         let far = self.inner.far_from_barycentre(&state.inner, tolerance);
-        let far = far.map(|f| (f.pair.into(), f.apart, f.heavy, f.distance, f.rounding, f.tolerance, FAR));
+        let far =
+            far.map(|f| (f.pair.into(), f.separation, f.heavy, f.distance, f.rounding, f.tolerance, FAR));
         (fast, far)
     }
 

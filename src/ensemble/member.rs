@@ -57,7 +57,7 @@ impl Member {
         if hook(0.0).is_break() {
             return None;
         }
-        let system = self.system.sharing(store.clone());
+        let system = self.system.with_store(store.clone());
         let begun = {
             let mut inside = || hook(0.0);
             Simulation::begin(&system, &self.state, self.integrator, &mut InterruptCheck::new(&mut inside))

@@ -39,7 +39,7 @@ const TILT: f64 = 0.7;
 /// The coefficients of the series of 2 E(k) / pi in k^2.
 const SHADOW: [f64; 5] = [1.0, -1.0 / 4.0, -3.0 / 64.0, -5.0 / 256.0, -175.0 / 16384.0];
 /// The least cosine of the angle between the spin and the orbit's normal: that of 30 degrees.
-const UPRIGHT: f64 = 0.866;
+const MIN_SPIN_COSINE: f64 = 0.866;
 /// The least difference between spin and mean motion, in units of the latter.
 const ASYNCHRONOUS: f64 = 0.1;
 
@@ -131,7 +131,7 @@ impl BinaryYarkovsky {
         of: usize,
         bodies: &[Body],
         gravitational_constant: f64,
-    ) -> Result<ThermalForce> {
+    ) -> Result<BinaryYarkovskyForce> {
         let (on, about) = two_indices(&self.name, ["on", "about"], [&self.on, &self.about], bodies)?;
         self.check()?;
         if self.radius > self.primary_radius {
@@ -139,11 +139,11 @@ impl BinaryYarkovsky {
                 format!("at most the primary_radius, {}: a secondary within the shadow", self.primary_radius);
             return Err(Error::invalid(format!("radius of {}", self.name), self.radius, expected));
         }
-        Ok(ThermalForce {
+        Ok(BinaryYarkovskyForce {
             on,
             about,
             mu: gravitational_constant * (bodies[on].mass + bodies[about].mass),
-            push: 4.0 / 9.0 * (1.0 - self.albedo) * self.pressure * self.radius * self.radius,
+            light_scale: 4.0 / 9.0 * (1.0 - self.albedo) * self.pressure * self.radius * self.radius,
             primary_radius: self.primary_radius,
             radiated: 8.0 / (3.0 * PI) * (self.albedo + self.emissivity),
             pole: Vec3::from(self.pole).normalize(),
@@ -153,15 +153,15 @@ impl BinaryYarkovsky {
     }
 }
 
-/// The evaluator of the force of heat.
+/// The evaluator of the binary Yarkovsky force.
 #[derive(Debug, Clone)]
-pub(super) struct ThermalForce {
+pub(super) struct BinaryYarkovskyForce {
     on: usize,
     about: usize,
     /// G times the mass of both bodies.
     mu: f64,
     /// The factor (4/9) (1 - A) P s^2.
-    push: f64,
+    light_scale: f64,
     primary_radius: f64,
     /// The factor (8 / 3 pi) (A + e).
     radiated: f64,
@@ -178,7 +178,7 @@ struct Geometry {
     /// Unit vectors outwards, along the orbit's normal and along the motion.
     outwards: Vec3,
     normal: Vec3,
-    ahead: Vec3,
+    along_track: Vec3,
     spin: Vec3,
     velocity: Vec3,
     /// The mean motion and the frequency nu.
@@ -188,7 +188,7 @@ struct Geometry {
     tilt: f64,
 }
 
-impl ThermalForce {
+impl BinaryYarkovskyForce {
     #[inline(always)]
     fn geometry(&self, snapshot: MotionSnapshot) -> Geometry {
         let (r, velocity) = snapshot.relative(self.on, self.about);
@@ -198,14 +198,14 @@ impl ThermalForce {
         let spin = snapshot.inertial_spin(self.on);
         let motion = length / (distance * distance);
         let frequency = motion - spin.dot(&normal);
-        let ahead = normal.cross(&outwards);
+        let along_track = normal.cross(&outwards);
         let tilt = normal.cross(&self.pole).norm_squared();
         Geometry {
             distance,
             momentum: length,
             outwards,
             normal,
-            ahead,
+            along_track,
             spin,
             velocity,
             motion,
@@ -217,7 +217,7 @@ impl ThermalForce {
     /// Returns the force along the motion with its derivatives with respect to the distance, to the frequency and to
     /// the sine squared of the tilt.
     #[inline(always)]
-    fn along(&self, geometry: &Geometry) -> [f64; 4] {
+    fn force_along_track(&self, geometry: &Geometry) -> [f64; 4] {
         let nearness = self.primary_radius / geometry.distance;
         let square = geometry.tilt / (nearness * nearness);
         let [mut shadow, mut by_square] = [0.0; 2];
@@ -225,10 +225,10 @@ impl ThermalForce {
             by_square = by_square * square + shadow;
             shadow = shadow * square + coefficient;
         }
-        let light = self.push * nearness * (shadow - self.radiated * nearness);
+        let light = self.light_scale * nearness * (shadow - self.radiated * nearness);
         let by_nearness = shadow - 2.0 * by_square * square - 2.0 * self.radiated * nearness;
-        let by_distance = -self.push * nearness / geometry.distance * by_nearness;
-        let by_tilt = self.push * by_square / nearness;
+        let by_distance = -self.light_scale * nearness / geometry.distance * by_nearness;
+        let by_tilt = self.light_scale * by_square / nearness;
         let (factor, by_frequency) = match self.response {
             Response::Constant(factor) => (factor, 0.0),
             Response::ThermalTime(time) => {
@@ -249,27 +249,28 @@ impl ThermalForce {
         let Geometry { distance, momentum, outwards, velocity, normal, .. } = &geometry;
         let eccentricity = (velocity.cross(&(normal * *momentum)) / self.mu - outwards).norm();
         let tilt = geometry.tilt.sqrt();
-        let most = TILT * self.primary_radius / distance;
-        let upright = geometry.spin.dot(normal).abs() / geometry.spin.norm();
-        let apart = (geometry.frequency / geometry.motion).abs();
+        let max_tilt = TILT * self.primary_radius / distance;
+        let spin_cosine = geometry.spin.dot(normal).abs() / geometry.spin.norm();
+        let asynchrony = (geometry.frequency / geometry.motion).abs();
         // A number that is NaN, in a motion without angular momentum, is out of the range; that of a spin of zero is not.
-        let (round, flat, turning) = (eccentricity <= ECCENTRICITY, tilt <= most, apart >= ASYNCHRONOUS);
-        let wrong = if !round {
+        let (circular, coplanar, asynchronous) =
+            (eccentricity <= ECCENTRICITY, tilt <= max_tilt, asynchrony >= ASYNCHRONOUS);
+        let wrong = if !circular {
             format!("the orbit has the eccentricity {eccentricity:.3}; expected at most {ECCENTRICITY}")
-        } else if !flat {
+        } else if !coplanar {
             format!(
-                "the orbit is inclined to the orbit round the Sun by an angle of the sine {tilt:.3}; expected at most \
-                 {most:.3}, well within the range of an eclipse in each revolution"
+                "the orbit is inclined to the orbit round the Sun by an angle of the sine {tilt:.3}; expected at max_tilt \
+                 {max_tilt:.3}, well within the range of an eclipse in each revolution"
             )
-        } else if !turning {
+        } else if !asynchronous {
             format!(
-                "the spin differs from the mean motion by {apart:.3} of it; expected at least {ASYNCHRONOUS}, a \
+                "the spin differs from the mean motion by {asynchrony:.3} of it; expected at least {ASYNCHRONOUS}, a \
                  secondary that is not synchronous"
             )
-        } else if upright < UPRIGHT {
+        } else if spin_cosine < MIN_SPIN_COSINE {
             format!(
-                "the spin is inclined to the orbit's normal by an angle of the cosine {upright:.3}; expected at least \
-                 {UPRIGHT}"
+                "the spin is inclined to the orbit's normal by an angle of the cosine {spin_cosine:.3}; expected at least \
+                 {MIN_SPIN_COSINE}"
             )
         } else {
             return Ok(());
@@ -279,7 +280,7 @@ impl ThermalForce {
     }
 }
 
-impl Evaluator for ThermalForce {
+impl Evaluator for BinaryYarkovskyForce {
     #[inline(always)]
     fn loads(&self) -> &[Load] {
         &self.loads
@@ -288,8 +289,8 @@ impl Evaluator for ThermalForce {
     #[inline(always)]
     fn compute(&mut self, snapshot: MotionSnapshot) {
         let geometry = self.geometry(snapshot);
-        let [force, ..] = self.along(&geometry);
-        self.loads[0].force = geometry.ahead * force;
+        let [force, ..] = self.force_along_track(&geometry);
+        self.loads[0].force = geometry.along_track * force;
     }
 
     fn begin_step(&mut self, name: &str, snapshot: MotionSnapshot, _: f64) -> Result<()> {
@@ -302,9 +303,18 @@ impl Evaluator for ThermalForce {
     /// changes by -2 (m.k) k.dm.
     fn add_jacobian(&mut self, _: &str, snapshot: MotionSnapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         let geometry = self.geometry(snapshot);
-        let [force, by_distance, by_frequency, by_tilt] = self.along(&geometry);
-        let Geometry { distance, momentum, outwards: o, normal: m, ahead: t, spin, velocity, motion, .. } =
-            geometry;
+        let [force, by_distance, by_frequency, by_tilt] = self.force_along_track(&geometry);
+        let Geometry {
+            distance,
+            momentum,
+            outwards: o,
+            normal: m,
+            along_track: t,
+            spin,
+            velocity,
+            motion,
+            ..
+        } = geometry;
         let across = |unit: &Vec3| Mat3::identity() - unit * unit.transpose();
         // By the angular momentum h, and then by the position at a fixed h.
         let normal_by = across(&m) / momentum;
@@ -313,10 +323,10 @@ impl Evaluator for ThermalForce {
         let force_by = frequency_by * by_frequency + tilt_by * by_tilt;
         let by_momentum = times(&-o.cross_matrix(), &normal_by) * force + t * force_by.transpose();
         let outwards_by = across(&o) / distance;
-        let by_place = times(&m.cross_matrix(), &outwards_by) * force
+        let by_radius_vector = times(&m.cross_matrix(), &outwards_by) * force
             + t * o.transpose() * (by_distance - 2.0 * motion / distance * by_frequency);
         // dh = dr x v + r x dv.
-        let by_position = by_place - times(&by_momentum, &velocity.cross_matrix());
+        let by_position = by_radius_vector - times(&by_momentum, &velocity.cross_matrix());
         let by_velocity = times(&by_momentum, &(o * distance).cross_matrix());
         let row = BodyBlock::translation(self.on);
         for (body, sign) in [(self.on, 1.0), (self.about, -1.0)] {

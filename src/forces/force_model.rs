@@ -19,7 +19,7 @@ pub const WORK_AND_IMPULSE: usize = 7;
 #[derive(Debug, Clone)]
 pub struct ForceModel {
     terms: Vec<ForceTerm>,
-    wants_attitudes: bool,
+    needs_attitudes: bool,
 }
 
 /// The change that a switch makes: the force on a body jumps where a function of the body's motion about
@@ -50,7 +50,7 @@ enum ForceTermKind {
     Tide(tide::TidalForce),
     Yorp(yorp::YorpTorque),
     Byorp(byorp::ByorpForce),
-    BinaryYarkovsky(binary_yarkovsky::ThermalForce),
+    BinaryYarkovsky(binary_yarkovsky::BinaryYarkovskyForce),
     Function(function::FunctionForce),
 }
 
@@ -116,8 +116,8 @@ impl ForceModel {
             };
             terms.push(ForceTerm { name, kind });
         }
-        let wants_attitudes = terms.iter().any(|term| matches!(term.kind, ForceTermKind::Function(_)));
-        Ok(Self { terms, wants_attitudes })
+        let needs_attitudes = terms.iter().any(|term| matches!(term.kind, ForceTermKind::Function(_)));
+        Ok(Self { terms, needs_attitudes })
     }
 
     /// Iterates over the loads at the last snapshot, one force after the other.
@@ -128,8 +128,8 @@ impl ForceModel {
 
     /// Returns whether a force needs the attitudes as quaternions.
     #[inline]
-    pub fn wants_attitudes(&self) -> bool {
-        self.wants_attitudes
+    pub fn needs_attitudes(&self) -> bool {
+        self.needs_attitudes
     }
 
     /// Returns the units of work of an evaluation, for [`crate::interrupt::InterruptCheck`].

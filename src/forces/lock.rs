@@ -73,7 +73,7 @@ struct Geometry {
     /// The numbers a.l, a.n and 1 - (a.n)^2.
     cosine: f64,
     height: f64,
-    flat: f64,
+    horizontal_squared: f64,
 }
 
 impl Lock {
@@ -119,8 +119,11 @@ impl Lock {
     fn libration_margin(&self, geometry: &Geometry) -> f64 {
         // A long axis along the normal has no angle from the line of centres; the secondary is then not
         // upright.
-        let aligned =
-            if geometry.flat > 0.0 { geometry.cosine * geometry.cosine / geometry.flat } else { 0.0 };
+        let aligned = if geometry.horizontal_squared > 0.0 {
+            geometry.cosine * geometry.cosine / geometry.horizontal_squared
+        } else {
+            0.0
+        };
         aligned - geometry.rate * geometry.rate / geometry.frequency
     }
 
@@ -144,7 +147,7 @@ impl Lock {
             rate: spin.dot(&normal) - momentum / (distance * distance),
             cosine,
             height: long.dot(&normal),
-            flat: sine * sine + cosine * cosine,
+            horizontal_squared: sine * sine + cosine * cosine,
             r,
             v,
             distance,
@@ -184,8 +187,9 @@ impl Lock {
         }
         let square = geometry.distance * geometry.distance;
         let (by_cosine, by_height) = (
-            2.0 * geometry.cosine / geometry.flat,
-            2.0 * geometry.cosine * geometry.cosine * geometry.height / (geometry.flat * geometry.flat),
+            2.0 * geometry.cosine / geometry.horizontal_squared,
+            2.0 * geometry.cosine * geometry.cosine * geometry.height
+                / (geometry.horizontal_squared * geometry.horizontal_squared),
         );
         let (by_rate, share) =
             (-2.0 * geometry.rate / geometry.frequency, geometry.rate * geometry.rate / geometry.frequency);

@@ -19,7 +19,7 @@ pub struct MotionSnapshot<'a> {
     pub spin: &'a [[f64; 3]],
     /// Rotation matrices from the body frames to inertial axes.
     pub rotation: &'a [Mat3],
-    /// Attitudes; empty unless `wants_attitudes`.
+    /// Attitudes; empty unless `needs_attitudes`.
     pub attitude: &'a [[f64; 4]],
     /// Position and velocity of the barycentre relative to the nominal one.
     pub barycentre_offset: [Vec3; 2],

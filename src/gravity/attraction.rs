@@ -34,11 +34,11 @@ pub struct ExtendedAttraction {
 impl ExtendedAttraction {
     /// Prepares a shape; `None` for a point and for a sphere, whose field is that of a point.
     pub fn new(shape: &Shape) -> Option<Self> {
-        Self::of_ellipsoid(shape).filter(|attraction| attraction.quadrupole.amax() > 0.0)
+        Self::ellipsoidal(shape).filter(|attraction| attraction.quadrupole.amax() > 0.0)
     }
 
     /// Prepares an ellipsoid, also one with equal axes; `None` for another shape.
-    pub fn of_ellipsoid(shape: &Shape) -> Option<Self> {
+    pub fn ellipsoidal(shape: &Shape) -> Option<Self> {
         let Shape::Ellipsoid(ellipsoid) = shape else { return None };
         let [a, b, c] = ellipsoid.semi_axes();
         // Differences of squares are formed as products, exact for nearly equal axes.
@@ -104,8 +104,8 @@ impl ExtendedAttraction {
             Some(truncation) => jacobian_at(self.series.truncated(truncation), lanes),
             None => jacobian_at(Near::new(&self.ellipsoid, 0.0), lanes),
         };
-        let back = |slope: Mat3| times(&transposed_times(&canonical, &slope), &canonical);
-        (back(gradient), back(torque_gradient))
+        let to_body = |slope: Mat3| times(&transposed_times(&canonical, &slope), &canonical);
+        (to_body(gradient), to_body(torque_gradient))
     }
 
     /// Returns the derivatives of g with respect to the semi-axes, per unit GM, at a point `x` of the body
@@ -223,9 +223,10 @@ impl Extended {
             Self::Ellipsoid(attraction) => attraction.jacobian(x),
             Self::Polyhedron(attraction) => attraction.jacobian(x),
             Self::Stokes(attraction) => {
-                let excess = attraction.at(x);
-                let turning = excess.field.cross_matrix() - cross_times(x, &excess.gradient);
-                (excess.gradient + point_jacobian(x).0, turning)
+                let perturbation = attraction.at(x);
+                let torque_gradient =
+                    perturbation.field.cross_matrix() - cross_times(x, &perturbation.gradient);
+                (perturbation.gradient + point_jacobian(x).0, torque_gradient)
             }
         }
     }
@@ -311,7 +312,9 @@ impl BodyAttraction {
         inverse_cube: f64,
     ) -> [Vec3; 2] {
         if let BodyChange::Moment(field) = change {
-            return field.with_moment(x).map_or([Vec3::zeros(); 2], |(excess, moment)| [excess, moment]);
+            return field
+                .with_moment(x)
+                .map_or([Vec3::zeros(); 2], |(perturbation, moment)| [perturbation, moment]);
         }
         let mut sums = [Vec3::zeros(); 2];
         for (by, weight) in steps(STEP * change.size()) {

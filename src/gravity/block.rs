@@ -72,19 +72,19 @@ impl<const GRADIENT: bool> WithSimd for BlockGravity<'_, GRADIENT> {
             let last = column[count - 1];
             column[count..count.next_multiple_of(BLOCK)].fill(last);
         }
-        let mut fresh = true;
+        let mut overwrite = true;
         for attractor in attractors {
             for part in &attractor.field.parts {
-                let placed = part.placed(attractor);
+                let pose = part.pose_in_points_frame(attractor);
                 match &part.kind {
                     PartFieldKind::Ellipsoidal(kind) => {
-                        add_ellipsoidal::<S, GRADIENT>(simd, kind, &placed, count, fresh, workspace);
+                        add_ellipsoidal::<S, GRADIENT>(simd, kind, &pose, count, overwrite, workspace);
                     }
                     PartFieldKind::Pointwise(kind) => {
-                        add_pointwise::<GRADIENT>(kind, &placed, points, fresh, workspace)
+                        add_pointwise::<GRADIENT>(kind, &pose, points, overwrite, workspace)
                     }
                 }
-                fresh = false;
+                overwrite = false;
             }
         }
         // 0 * x is NaN exactly when x is not finite, so that the sum of these products is zero only if all
@@ -108,7 +108,7 @@ fn add_pointwise<const GRADIENT: bool>(
     part: &Pointwise,
     (position, rotation): &(Vec3, Mat3),
     points: &[[f64; 3]],
-    fresh: bool,
+    overwrite: bool,
     workspace: &mut Workspace,
 ) {
     for (k, point) in points.iter().enumerate() {
@@ -119,7 +119,7 @@ fn add_pointwise<const GRADIENT: bool>(
         let all = if GRADIENT && part.is_surface(&x) { [f64::NAN; 10] } else { columns(&f) };
         let output = if GRADIENT { &all[4..] } else { &all[..4] };
         for (column, value) in workspace.out.iter_mut().zip(output) {
-            column[k] = if fresh { *value } else { column[k] + value };
+            column[k] = if overwrite { *value } else { column[k] + value };
         }
     }
 }
@@ -130,7 +130,7 @@ fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
     ellipsoidal: &Ellipsoidal,
     (position, rotation): &(Vec3, Mat3),
     count: usize,
-    fresh: bool,
+    overwrite: bool,
     workspace: &mut Workspace,
 ) {
     let lanes = BLOCK / Lanes::<S>::PER_BLOCK;
@@ -157,7 +157,7 @@ fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
             rotation,
             local,
             blocks,
-            fresh,
+            overwrite,
             out,
         );
     }
@@ -181,7 +181,7 @@ fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
         for (column, results) in workspace.out.iter_mut().zip(&workspace.results).take(width(GRADIENT)) {
             for (index, result) in workspace.order[start..end].iter().zip(&results[start..end]) {
                 let sum = &mut column[*index as usize];
-                *sum = if fresh { *result } else { *sum + result };
+                *sum = if overwrite { *result } else { *sum + result };
             }
         }
     }
@@ -197,7 +197,7 @@ fn evaluate<S: Simd, const GRADIENT: bool>(
     rotation: &Mat3,
     y: &[Vec<f64>; 3],
     blocks: Range<usize>,
-    fresh: bool,
+    overwrite: bool,
     out: &mut [Vec<f64>; 6],
 ) {
     let Some(&(_, form)) = ellipsoidal.forms.get(form_index) else { return };
@@ -207,7 +207,7 @@ fn evaluate<S: Simd, const GRADIENT: bool>(
             ellipsoidal.evaluate(form, load_vector(simd, y, block)).rotate_back(rotation);
         let results = if GRADIENT { gradient } else { [potential, x, y, z, zero, zero] };
         for k in 0..width(GRADIENT) {
-            let partial_sum = if fresh { zero } else { Lanes::load(simd, &out[k], block) };
+            let partial_sum = if overwrite { zero } else { Lanes::load(simd, &out[k], block) };
             (partial_sum + results[k]).store(&mut out[k], block);
         }
     }

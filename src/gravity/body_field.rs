@@ -159,7 +159,7 @@ impl PartField {
 
     /// Returns the part's centre in the frame of the points, and the rotation from that frame into the part's
     /// frame.
-    pub fn placed(&self, attractor: &Attractor<'_>) -> (Vec3, Mat3) {
+    pub fn pose_in_points_frame(&self, attractor: &Attractor<'_>) -> (Vec3, Mat3) {
         (
             attractor.position + attractor.rotation * self.position,
             self.rotation * attractor.rotation.transpose(),
@@ -184,7 +184,7 @@ impl Pointwise {
     }
 
     /// Returns the least distance from the centre at which the field is known.
-    pub fn known_from(&self) -> f64 {
+    pub fn least_distance(&self) -> f64 {
         match &self.source {
             Source::Polyhedron(..) => 0.0,
             Source::Harmonics(field) => field.radius(),
@@ -201,7 +201,7 @@ impl Pointwise {
 
     /// Returns the field at a point of the part's frame; NaN where it is not known.
     pub fn at(&self, x: &Vec3) -> PolyhedralField {
-        if x.norm() < self.known_from() {
+        if x.norm() < self.least_distance() {
             let (field, gradient) = (Vec3::repeat(f64::NAN), Mat3::repeat(f64::NAN));
             return PolyhedralField { potential: f64::NAN, field, gradient, solid_angle: f64::NAN };
         }

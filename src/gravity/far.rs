@@ -222,7 +222,7 @@ impl Far<'_> {
     /// Returns Phi r - 1, 1/r and the field. With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v
     /// (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).
     #[inline(always)]
-    fn share<S: Simd, const N: usize>(
+    fn perturbation_and_field<S: Simd, const N: usize>(
         &self,
         x: [Lanes<S, N>; 3],
     ) -> (Lanes<S, N>, Lanes<S, N>, PointField<S, N>) {
@@ -256,7 +256,7 @@ impl Far<'_> {
         &self,
         x: [Lanes<S, N>; 3],
     ) -> (Lanes<S, N>, PointField<S, N>) {
-        let (perturbation, near, field) = self.share(x);
+        let (perturbation, near, field) = self.perturbation_and_field(x);
         (near.mul_add(perturbation, near), field)
     }
 }
@@ -309,7 +309,7 @@ impl FieldKernel for Far<'_> {
         &self,
         x: [Lanes<S, N>; 3],
     ) -> (Lanes<S, N>, PointField<S, N>) {
-        let (perturbation, near, field) = self.share(x);
+        let (perturbation, near, field) = self.perturbation_and_field(x);
         (perturbation * near, field)
     }
 }

@@ -53,18 +53,18 @@ impl Near {
         let outer = |inner: f64, x2: Lanes<S, N>| normalised_square.if_less(surface, c(inner), x2);
         let kappa =
             root::<S, N, true>([outer(a2, x2[0]), outer(0.0, x2[1]), outer(0.0, x2[2])], self.squares);
-        let (phi, field) = self.beyond(x2, kappa);
+        let (phi, field) = self.field_at_kappa(x2, kappa);
         (phi, field, outside)
     }
 
     /// Returns Phi and the field from the squares of a point's coordinates.
     #[inline(always)]
     fn phi<S: Simd, const N: usize>(&self, x2: [Lanes<S, N>; 3]) -> (Lanes<S, N>, PointField<S, N>) {
-        self.beyond(x2, kappa(x2, self.squares))
+        self.field_at_kappa(x2, kappa(x2, self.squares))
     }
 
     #[inline(always)]
-    fn beyond<S: Simd, const N: usize>(
+    fn field_at_kappa<S: Simd, const N: usize>(
         &self,
         x2: [Lanes<S, N>; 3],
         kappa: Lanes<S, N>,
@@ -85,9 +85,12 @@ pub fn kappa<S: Simd, const N: usize>(x2: [Lanes<S, N>; 3], a2: [f64; 3]) -> Lan
     root::<S, N, false>(x2, a2)
 }
 
-/// Solves for kappa. With `APART` a lane that has converged is kept while the others iterate.
+/// Solves for kappa. With `KEEP_CONVERGED` a lane that has converged does not change while the others iterate.
 #[inline(always)]
-fn root<S: Simd, const N: usize, const APART: bool>(x2: [Lanes<S, N>; 3], a2: [f64; 3]) -> Lanes<S, N> {
+fn root<S: Simd, const N: usize, const KEEP_CONVERGED: bool>(
+    x2: [Lanes<S, N>; 3],
+    a2: [f64; 3],
+) -> Lanes<S, N> {
     let c = |value| x2[0].constant(value);
     let squares = [c(a2[0]), c(a2[1]), c(a2[2])];
     let r2 = x2[0] + x2[1] + x2[2];
@@ -105,7 +108,7 @@ fn root<S: Simd, const N: usize, const APART: bool>(x2: [Lanes<S, N>; 3], a2: [f
         let slope = dot(term, inverse);
         // Newton's step on 1/s is (1 - 1/s) / (1/s)' = s (s - 1) / slope.
         let mut step = s * (s - c(1.0)) / slope;
-        if APART {
+        if KEEP_CONVERGED {
             step = c(0.0).if_less(error, step, c(0.0));
         }
         kappa = (kappa + step).max(c(0.0));

@@ -34,8 +34,8 @@ impl GravityOutput<'_> {
                 (Self::Field(potential.0, field.0), Self::Field(potential.1, field.1))
             }
             Self::Gradient(gradient) => {
-                let (now, later) = gradient.split_at_mut(9 * count);
-                (Self::Gradient(now), Self::Gradient(later))
+                let (first, remaining) = gradient.split_at_mut(9 * count);
+                (Self::Gradient(first), Self::Gradient(remaining))
             }
         }
     }
@@ -115,7 +115,7 @@ impl Points<'_> {
         arch: Arch,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let (count, rest) = (self.coordinates.len() / 3, self.coordinates.len() % 3);
+        let (count, remainder) = (self.coordinates.len() / 3, self.coordinates.len() % 3);
         let (lengths, fits) = match &output {
             GravityOutput::Field(potential, field) => (
                 format!("{} potentials and {} numbers of the field", potential.len(), field.len()),
@@ -125,7 +125,7 @@ impl Points<'_> {
                 (format!("{} numbers of the gradient", gradient.len()), gradient.len() == 9 * count)
             }
         };
-        if !fits || rest != 0 {
+        if !fits || remainder != 0 {
             let expected = "three coordinates, one potential, three and nine numbers for each point";
             let lengths = format!("{lengths} for {} coordinates", self.coordinates.len());
             return Err(Error::invalid("lengths of the arrays of gravity at points", lengths, expected));
@@ -139,13 +139,13 @@ impl Points<'_> {
             interrupt.charge(UNITS / 2, 0.0)?;
             let workspace = || Workspace::new(length.min(self.coordinates.len() / 3));
             // A small amount of work is finished before other threads have started.
-            let bad = if jobs.len() * length * work >= 2000 {
+            let invalid = if jobs.len() * length * work >= 2000 {
                 in_parallel(jobs, workspace, |workspace, job| job.run(attractors, arch, workspace))
             } else {
                 let mut workspace = workspace();
                 jobs.iter_mut().find_map(|job| job.run(attractors, arch, &mut workspace))
             };
-            if let Some(index) = bad {
+            if let Some(index) = invalid {
                 return Err(self.invalid_point(attractors, index));
             }
         }
@@ -163,17 +163,17 @@ impl Points<'_> {
         for attractor in attractors {
             let name = &attractor.field.name;
             for part in &attractor.field.parts {
-                let (position, rotation) = part.placed(attractor);
+                let (position, rotation) = part.pose_in_points_frame(attractor);
                 match &part.kind {
                     PartFieldKind::Ellipsoidal(point) if point.is_point() && x == position => {
                         let expected = format!("one away from the point mass of {name}");
                         return Error::invalid(what, value, expected);
                     }
-                    PartFieldKind::Pointwise(field) if (x - position).norm() < field.known_from() => {
+                    PartFieldKind::Pointwise(field) if (x - position).norm() < field.least_distance() => {
                         let expected = format!(
                             "one at least {} from the centre of {name}, whose Stokes coefficients give the \
                              gravity outside this sphere alone",
-                            field.known_from()
+                            field.least_distance()
                         );
                         return Error::invalid(what, value, expected);
                     }
@@ -193,11 +193,11 @@ impl Points<'_> {
 
     /// Returns the index of a point as the caller counts it.
     fn label(&self, index: usize) -> String {
-        let mut rest = index + self.first_index;
+        let mut remainder = index + self.first_index;
         let mut indices: Vec<String> = Vec::new();
         for &length in self.shape.iter().rev() {
-            indices.push((rest % length.max(1)).to_string());
-            rest /= length.max(1);
+            indices.push((remainder % length.max(1)).to_string());
+            remainder /= length.max(1);
         }
         indices.reverse();
         match indices.as_slice() {
@@ -226,11 +226,11 @@ struct Job<'a> {
 }
 
 fn jobs<'a>(coordinates: &'a [f64], output: GravityOutput<'a>, length: usize) -> Vec<Job<'a>> {
-    let mut rest = output;
+    let mut remainder = output;
     let blocks = coordinates.chunks(3 * length).enumerate();
     let job = |(block, points): (usize, &'a [f64])| {
-        let (output, later) = std::mem::take(&mut rest).split_at(points.len() / 3);
-        rest = later;
+        let (output, remaining) = std::mem::take(&mut remainder).split_at(points.len() / 3);
+        remainder = remaining;
         Job { start: block * length, points, output }
     };
     blocks.map(job).collect()
@@ -262,7 +262,7 @@ impl Job<'_> {
         if finite {
             return None;
         }
-        let bad = |k: &usize| workspace.out[..width].iter().any(|column| !column[*k].is_finite());
-        (0..points.len()).find(bad).map(|index| self.start + index)
+        let invalid = |k: &usize| workspace.out[..width].iter().any(|column| !column[*k].is_finite());
+        (0..points.len()).find(invalid).map(|index| self.start + index)
     }
 }

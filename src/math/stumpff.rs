@@ -7,9 +7,9 @@ use super::lanes::Lanes;
 use pulp::Simd;
 
 /// The largest magnitude of the argument.
-pub const REACH: f64 = 0.08;
+pub const SERIES_LIMIT: f64 = 0.08;
 
-/// The number of terms. The first term that is left out is at most REACH^6 2/14! = 6e-18 of the first one.
+/// The number of terms. The first term that is left out is at most SERIES_LIMIT^6 2/14! = 6e-18 of the first one.
 const TERMS: usize = 6;
 
 /// Returns the coefficients (-1)^n/(2 n + k)! of c_k.
@@ -29,7 +29,7 @@ const fn coefficients(k: usize) -> [f64; TERMS] {
 const C2: [f64; TERMS] = coefficients(2);
 const C3: [f64; TERMS] = coefficients(3);
 
-/// Returns c_2 and c_3 for arguments within [`REACH`].
+/// Returns c_2 and c_3 for arguments within [`SERIES_LIMIT`].
 #[inline(always)]
 pub fn stumpff<S: Simd, const N: usize>(z: Lanes<S, N>) -> [Lanes<S, N>; 2] {
     let square = z * z;

@@ -40,23 +40,14 @@ pub struct ShapeDerivatives {
 }
 
 impl ShapeDerivatives {
-    /// Returns the derivatives for two points, which are zero.
-    pub(super) fn none() -> Self {
-        Self { axes: [[NONE; 3]; 2], scale: [NONE; 2] }
-    }
+    /// The derivatives for two points.
+    pub(super) const ZERO: Self = Self { axes: [[Interaction::ZERO; 3]; 2], scale: [Interaction::ZERO; 2] };
 
     /// Returns the derivatives with a function applied to all loads.
-    pub(super) fn map(&self, of: impl Fn(Interaction) -> Interaction) -> Self {
-        Self { axes: self.axes.map(|body| body.map(&of)), scale: self.scale.map(&of) }
+    pub(super) fn map(&self, convert: impl Fn(Interaction) -> Interaction) -> Self {
+        Self { axes: self.axes.map(|body| body.map(&convert)), scale: self.scale.map(&convert) }
     }
 }
-
-/// The loads zero.
-const NONE: Interaction = Interaction {
-    force_on_first: Vec3::new(0.0, 0.0, 0.0),
-    torque_first: Vec3::new(0.0, 0.0, 0.0),
-    torque_second: Vec3::new(0.0, 0.0, 0.0),
-};
 
 impl Pair {
     /// Returns the derivatives with respect to the lengths of both shapes with the rule in use, after
@@ -71,7 +62,7 @@ impl Pair {
             let derivatives = derivatives.ok_or_else(|| self.fragments_not_converged(&scaled))?;
             return Ok(derivatives.map(|loads| self.loads_in_unit(&loads, 0)));
         }
-        let mut out = ShapeDerivatives::none();
+        let mut out = ShapeDerivatives::ZERO;
         let by_series = match (&self.multipole, self.series()) {
             (_, Some((harmonic, _))) => Some(harmonic.shape_derivatives(&self.scaled(pose))),
             (Some(multipole), None) => Some(multipole.shape_derivatives(&self.scaled(pose))),
@@ -109,12 +100,14 @@ impl Pair {
     /// Returns the derivatives of the loads with respect to a harmonic moment of a body, by its index; zero
     /// where no series is in use.
     pub fn by_moment(&self, pose: &Pose, body: usize, index: usize) -> Interaction {
-        let Some((harmonic, truncation)) = self.series() else { return NONE };
+        let Some((harmonic, truncation)) = self.series() else { return Interaction::ZERO };
         self.loads_in_unit(&harmonic.by_moment(truncation, &self.scaled(pose), body, index), 0)
     }
 
-    /// Converts loads divided by a power of a length from the pair's unit of length to that of the bodies.
+    /// Converts loads, divided by this power of a length, from the pair's unit of length to that of the bodies.
+    #[inline]
     pub(super) fn loads_in_unit(&self, loads: &Interaction, lengths: i32) -> Interaction {
+        // The unit is a power of two, so that the scaling is exact.
         let inverse = self.unit.powi(-lengths) / self.unit;
         Interaction {
             force_on_first: loads.force_on_first * (inverse / self.unit),
@@ -136,27 +129,27 @@ fn sum_derivatives(
     let focal = set.focal_axes();
     let arms: [Vec3; 2] = std::array::from_fn(|k| roles.rotation.column(k) * focal[k]);
     let sums = arch.dispatch(AxisSum { kernel, nodes, origin: roles.origin, arms });
-    let (of_field, of_set) = (field.semi_axes(), set.semi_axes());
+    let (field_axes, set_axes) = (field.semi_axes(), set.semi_axes());
     let zero = Vec3::zeros();
     let mut all = [[Balance { force: zero, torque: zero, torque_field: zero }; 3]; 2];
     for i in 0..3 {
         let e = Vec3::new(roles.rotation[(0, i)], roles.rotation[(1, i)], roles.rotation[(2, i)]);
-        let factor = of_set[i] / 5.0;
-        let twist = e.cross(&rotate(&sums.gradient, &e)) * (2.0 * factor);
+        let factor = set_axes[i] / 5.0;
+        let gradient_torque = e.cross(&rotate(&sums.gradient, &e)) * (2.0 * factor);
         for (which, balance) in all.iter_mut().enumerate() {
             let balance = &mut balance[i];
             let mut means = [zero; 3];
             for m in 0..3 {
                 let by = &sums.semi_axis_derivatives[m];
                 means[m] = match which {
-                    0 => Vec3::new(by[(i, 0)], by[(i, 1)], by[(i, 2)]) * of_field[i],
+                    0 => Vec3::new(by[(i, 0)], by[(i, 1)], by[(i, 2)]) * field_axes[i],
                     _ => contract(&sums.third[m], &e) * factor,
                 };
             }
             balance.force = means[0];
             balance.torque = arms[0].cross(&means[1]) + arms[1].cross(&means[2]);
             if which == 1 {
-                balance.torque += twist;
+                balance.torque += gradient_torque;
             }
             balance.torque_field = -(balance.torque + roles.origin.cross(&balance.force));
         }
@@ -206,18 +199,18 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
             thirds: [[zero; 7]; 3],
             gradients: [zero; 5],
             axes: [[zero; 9]; 3],
-            whole: zero,
+            density: zero,
         };
         let registers = self.nodes.weights.len() / S::F64_LANES;
-        let (whole, rest) = (registers / ABREAST, registers % ABREAST);
-        for k in 0..whole {
+        let (groups, remainder) = (registers / ABREAST, registers % ABREAST);
+        for k in 0..groups {
             running.add::<_, ABREAST>(simd, &self, ABREAST * k);
         }
-        for k in 0..rest / 2 {
-            running.add::<_, 2>(simd, &self, ABREAST * whole + 2 * k);
+        for k in 0..remainder / 2 {
+            running.add::<_, 2>(simd, &self, ABREAST * groups + 2 * k);
         }
-        let AxisAccumulator { thirds, gradients, axes, whole } = running;
-        let all = 1.0 / whole.value();
+        let AxisAccumulator { thirds, gradients, axes, density } = running;
+        let inverse = 1.0 / density.value();
         let mut sums = AxisMeans {
             third: [[0.0; 7]; 3],
             gradient: Mat3::zeros(),
@@ -225,13 +218,13 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
         };
         for m in 0..3 {
             for k in 0..7 {
-                sums.third[m][k] = thirds[m][k].value() * all;
+                sums.third[m][k] = thirds[m][k].value() * inverse;
             }
             for k in 0..9 {
                 sums.semi_axis_derivatives[m][(k / 3, k % 3)] = axes[m][k].value();
             }
         }
-        sums.gradient = trace_free(gradients.map(|total| total.value() * all));
+        sums.gradient = trace_free(gradients.map(|total| total.value() * inverse));
         sums
     }
 }
@@ -241,7 +234,7 @@ struct AxisAccumulator<S: Simd> {
     thirds: [[Total<S>; 7]; 3],
     gradients: [Total<S>; 5],
     axes: [[Total<S>; 9]; 3],
-    whole: Total<S>,
+    density: Total<S>,
 }
 
 impl<S: Simd> AxisAccumulator<S> {
@@ -254,34 +247,35 @@ impl<S: Simd> AxisAccumulator<S> {
             [Lanes::load(simd, &nodes.points[0][from..], 0), Lanes::load(simd, &nodes.points[1][from..], 0)];
         let weight: Lanes<S, N> = Lanes::load(simd, &nodes.weights[from..], 0);
         let w = weight.constant(0.0);
-        let x = positions.of([u, v, w]);
+        let x = positions.at([u, v, w]);
         let c = |value: f64| weight.constant(value);
         let (field, second_integrals) = sum.kernel.second_integrals(x);
         let (n, f) = field.gradient_factors(x);
         let (inverse, _) = field.reciprocals();
         let square = [n[0] * n[0], n[1] * n[1], n[2] * n[2]];
         let normal_square = square[0] + square[1] + square[2];
-        let bent = square[0].mul_add(inverse[0], square[1].mul_add(inverse[1], square[2] * inverse[2]));
+        let weighted_square =
+            square[0].mul_add(inverse[0], square[1].mul_add(inverse[1], square[2] * inverse[2]));
         let twice_inverse = c(2.0) / normal_square;
-        let common = bent.mul_add(twice_inverse, c(-0.5) * (inverse[0] + inverse[1] + inverse[2]));
+        let common = weighted_square.mul_add(twice_inverse, c(-0.5) * (inverse[0] + inverse[1] + inverse[2]));
         // T_ijk = f (delta_ij n_k / s_i + ...) + 2 f n_i n_j n_k (common - 1/s_i - 1/s_j - 1/s_k) / S.
         let [i1, i2, i3] = inverse;
         let [n1, n2, n3] = n;
         let high = f * twice_inverse;
         let (h11, h12, h22) = (high * square[0], high * n1 * n2, high * square[1]);
-        let from = common - i1 - i2;
+        let reduced = common - i1 - i2;
         let third = [
             f * n1 * c(3.0) * i1 + h11 * n1 * (common - i1 - i1 - i1),
-            f * n2 * i1 + h11 * n2 * (from - i1),
+            f * n2 * i1 + h11 * n2 * (reduced - i1),
             f * n3 * i1 + h11 * n3 * (common - i1 - i1 - i3),
-            f * n1 * i2 + h12 * n2 * (from - i2),
-            h12 * n3 * (from - i3),
+            f * n1 * i2 + h12 * n2 * (reduced - i2),
+            h12 * n3 * (reduced - i3),
             f * n2 * c(3.0) * i2 + h22 * n2 * (common - i2 - i2 - i2),
             f * n3 * i2 + h22 * n3 * (common - i2 - i2 - i3),
         ];
         let gradient = gradient(&field, (n, f));
         let density = weight * (c(1.0) - u * u - v * v);
-        self.whole.add(density);
+        self.density.add(density);
         let shares = [density, density * u, density * v];
         for m in 0..3 {
             for k in 0..7 {

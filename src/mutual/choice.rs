@@ -14,7 +14,7 @@ use crate::quadrature::{Order, closest_confocal, focal_vectors, guess_degree};
 
 /// The highest polynomial degree of a rule; beyond it the pair counts as not converged.
 pub const MAX_RULE_DEGREE: usize = 400;
-/// The degrees that are tried for close bodies.
+/// The degrees that are compared for close bodies.
 const LADDER: [usize; 16] = [8, 12, 16, 20, 26, 34, 44, 56, 72, 92, 118, 150, 192, 244, 312, MAX_RULE_DEGREE];
 /// A rule stays in use while its degree exceeds the needed one by at most this much.
 const SLACK: usize = 3;
@@ -34,7 +34,7 @@ impl Pair {
         let fragments = self
             .fragments
             .as_ref()
-            .map(|fragments| RuleMemory::Fragments { sharers: fragments.sharers, work: fragments.work });
+            .map(|fragments| RuleMemory::Fragments { shares: fragments.shares, work: fragments.work });
         let rule = self.rule.as_ref().map(|rule| RuleMemory::Quadrature {
             integrated: rule.integrated as u8,
             order: [rule.order.gauss as u32, rule.order.angles as u32],
@@ -59,17 +59,17 @@ impl Pair {
             }
             RuleMemory::Harmonic { degrees, moment_degrees, valid_from } => {
                 let [degrees, moment_degrees] =
-                    [degrees, moment_degrees].map(|both| both.map(|degree| degree as usize));
+                    [degrees, moment_degrees].map(|pair| pair.map(|degree| degree as usize));
                 if degrees.iter().chain(&moment_degrees).any(|degree| *degree > Exchange::MAX_DEGREE) {
                     return Err(unknown());
                 }
                 return self.restore_series(degrees, moment_degrees, valid_from, interrupt);
             }
-            RuleMemory::Fragments { sharers, work } => {
-                if sharers == 0 || self.bodies.iter().any(|body| body.polyhedron().is_none()) {
+            RuleMemory::Fragments { shares, work } => {
+                if shares == 0 || self.bodies.iter().any(|body| body.polyhedron().is_none()) {
                     return Err(unknown());
                 }
-                return self.restore_fragments(sharers, work, interrupt);
+                return self.restore_fragments(shares, work, interrupt);
             }
         };
         if integrated > 1 || !(1..=512).contains(&gauss) || !(1..=1024).contains(&angles) {
@@ -129,9 +129,9 @@ impl Pair {
         if self.bodies.iter().any(|body| body.polyhedron().is_some()) {
             return self.prepare_faceted(&scaled, reach, interrupt);
         }
-        match (self.fixed, self.by_bounds(&scaled)) {
+        match (self.fixed, self.bounded_degrees(&scaled)) {
             (Some(order), choice) => {
-                let (integrated, [degree, _]) = choice.unwrap_or_else(|| self.by_guess(&scaled));
+                let (integrated, [degree, _]) = choice.unwrap_or_else(|| self.guessed_degrees(&scaled));
                 self.adopt(integrated, degree, order, reach, interrupt)
             }
             (None, Some((integrated, degrees))) => {
@@ -142,7 +142,7 @@ impl Pair {
                 );
                 self.adopt(integrated, degree, order, reach, interrupt)
             }
-            (None, None) => self.by_comparison(&scaled, reach, interrupt),
+            (None, None) => self.adopt_by_comparison(&scaled, reach, interrupt),
         }
     }
 
@@ -156,7 +156,7 @@ impl Pair {
 
     /// Returns the body to integrate over, with the degrees in all directions and in the radius, where bounds
     /// give them.
-    fn by_bounds(&mut self, pose: &Pose) -> Option<(usize, [usize; 2])> {
+    fn bounded_degrees(&mut self, pose: &Pose) -> Option<(usize, [usize; 2])> {
         let needed = [0, 1].map(|integrated| {
             let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
             let Some(ellipsoid) = set.ellipsoid() else {
@@ -180,7 +180,7 @@ impl Pair {
 
     /// Returns the body to integrate over, with a first guess of the degrees by the rate of the confocal
     /// family.
-    fn by_guess(&self, pose: &Pose) -> (usize, [usize; 2]) {
+    fn guessed_degrees(&self, pose: &Pose) -> (usize, [usize; 2]) {
         let degrees = |integrated: usize| {
             let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
             let ellipsoid = set.ellipsoid()?;
@@ -216,8 +216,8 @@ impl Pair {
     }
 
     /// Raises the degree until a rule agrees with a finer one.
-    fn by_comparison(&mut self, pose: &Pose, reach: f64, interrupt: &mut InterruptCheck) -> Result<()> {
-        let (integrated, [guess, _]) = self.by_guess(pose);
+    fn adopt_by_comparison(&mut self, pose: &Pose, reach: f64, interrupt: &mut InterruptCheck) -> Result<()> {
+        let (integrated, [guess, _]) = self.guessed_degrees(pose);
         let in_use = self.rule.as_ref().filter(|rule| rule.integrated == integrated).map(|rule| rule.degree);
         let mut level = LADDER
             .iter()
@@ -225,10 +225,10 @@ impl Pair {
             .unwrap_or(LADDER.len() - 2)
             .min(LADDER.len() - 2);
         self.adopt_degree(integrated, LADDER[level], reach, interrupt)?;
-        let mut coarse = self.asking(pose, interrupt)?;
+        let mut coarse = self.interaction_with(pose, interrupt)?;
         while level + 1 < LADDER.len() {
             self.adopt_degree(integrated, LADDER[level + 1], reach, interrupt)?;
-            let fine = self.asking(pose, interrupt)?;
+            let fine = self.interaction_with(pose, interrupt)?;
             let difference = self.difference(&fine, &coarse);
             if difference <= self.tolerance.max(AGREEMENT_OVER_NODES) {
                 // The degree is lowered only where the next coarser rule has a good margin, so that the
@@ -271,7 +271,7 @@ impl Pair {
         interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
         self.adopt_degree(integrated, degree, reach, interrupt)?;
-        Ok(self.difference(&self.asking(pose, interrupt)?, fine) <= 0.1 * self.tolerance)
+        Ok(self.difference(&self.interaction_with(pose, interrupt)?, fine) <= 0.1 * self.tolerance)
     }
 
     fn order(&self, integrated: usize, degrees: [usize; 2]) -> Order {

@@ -48,7 +48,7 @@ impl<'a> Faces<'a> {
         self.cells_by(1, self.digits + MORE)
     }
 
-    /// The cells for the derivatives of force and torques, which take the field.
+    /// Returns the cells for the derivatives of force and torques, which integrate the field.
     #[inline]
     pub fn gradient_cells(&self) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
         self.cells_by(1, self.digits)
@@ -128,7 +128,7 @@ struct PressureSums {
 }
 
 impl<K: FieldKernel> WithSimd for PressureSum<'_, K> {
-    /// The sums for the monopole and for the rest of the potential.
+    /// The sums for the monopole and for the perturbation of its potential.
     type Output = [PressureSums; 2];
 
     #[inline(always)]

@@ -20,10 +20,11 @@ use crate::math::Vec3;
 use crate::quadrature::{Division, Order, layer_degree};
 use std::ops::Range;
 
-/// The range of digits for which cells are made, and how many more digits the rule has that measures their
-/// error.
-const FEWEST: usize = 2;
+/// The least number of digits for which cells are made.
+const FEWEST_DIGITS: usize = 2;
+/// The largest number of digits for which cells are made.
 pub(super) const MOST_DIGITS: usize = 22;
+/// The number of additional digits of the rule by which the error is measured.
 pub(super) const FINER: usize = 2;
 /// The relative difference below which two rules over faces agree to round-off.
 const AGREEMENT_OVER_FACES: f64 = 2e-14;
@@ -35,7 +36,7 @@ const CANCELLED: f64 = 1e-12;
 /// The ratio of circumscribed radii beyond which the smaller polyhedron is integrated over.
 const MUCH_SMALLER: f64 = 2.0;
 /// The largest number of evaluations of a facet at a point in one sum over the faces: a second or two.
-pub(super) const MOST: u64 = 100_000_000;
+pub(super) const MOST_EVALUATIONS: u64 = 100_000_000;
 /// The work of a facet's field at a point, in units of the work of a point of a layer.
 const FACET: usize = 8;
 /// The distance, in sizes of the body, beyond which its facets lose digits.
@@ -74,7 +75,7 @@ impl Pair {
             let degree = reusable.map_or(degree, |rule| rule.degree);
             return self.adopt(integrated, degree, layer(degree), reach, interrupt);
         }
-        self.over_faces(pose, reach, interrupt)
+        self.adopt_over_faces(pose, reach, interrupt)
     }
 
     /// Returns the degree of the layer of a body in the field of the other one, where they are far enough
@@ -105,19 +106,22 @@ impl Pair {
     }
 
     /// Raises the digits for which the cells are made until a rule agrees with a finer one.
-    fn over_faces(&mut self, pose: &Pose, reach: f64, interrupt: &mut InterruptCheck) -> Result<()> {
+    fn adopt_over_faces(&mut self, pose: &Pose, reach: f64, interrupt: &mut InterruptCheck) -> Result<()> {
         let integrated = self.integrated_over_faces();
         let used =
             self.rule.as_ref().filter(|r| r.integrated == integrated && r.node_kind == NodeKind::Faces);
-        let first = (-self.tolerance.log10()).ceil().clamp(FEWEST as f64, MOST_DIGITS as f64) as usize;
+        let first = (-self.tolerance.log10()).ceil().clamp(FEWEST_DIGITS as f64, MOST_DIGITS as f64) as usize;
         let mut digits = used.map_or(first, |rule| rule.degree);
         let (mut coarse, mut difference) = (None, f64::INFINITY);
         let mut settled = false;
         while digits + FINER <= MOST_DIGITS {
-            let Some(coarser) = coarse.or(self.by_cells(integrated, digits, pose, reach, interrupt)?) else {
+            let Some(coarser) =
+                coarse.or(self.interaction_by_cells(integrated, digits, pose, reach, interrupt)?)
+            else {
                 break;
             };
-            let Some(fine) = self.by_cells(integrated, digits + FINER, pose, reach, interrupt)? else {
+            let Some(fine) = self.interaction_by_cells(integrated, digits + FINER, pose, reach, interrupt)?
+            else {
                 break;
             };
             let scale = self.natural_force(pose).max(fine.force_on_first.norm());
@@ -125,13 +129,13 @@ impl Pair {
             settled |= difference >= SETTLED * last;
             let permitted = if settled { CANCELLED } else { AGREEMENT_OVER_FACES };
             if difference <= self.tolerance.max(permitted) {
-                if difference < 1e-2 * self.tolerance && digits > FEWEST {
-                    let lower = self.by_cells(integrated, digits - 1, pose, reach, interrupt)?;
+                if difference < 1e-2 * self.tolerance && digits > FEWEST_DIGITS {
+                    let lower = self.interaction_by_cells(integrated, digits - 1, pose, reach, interrupt)?;
                     if lower.is_some_and(|lower| self.change(&lower, &fine) <= 0.1 * self.tolerance * scale) {
                         return Ok(());
                     }
                 }
-                return self.divided(integrated, digits, pose, reach, interrupt).map(drop);
+                return self.adopt_cells(integrated, digits, pose, reach, interrupt).map(drop);
             }
             coarse = Some(fine);
             digits += FINER;
@@ -146,7 +150,10 @@ impl Pair {
     }
 
     pub(super) fn too_many_evaluations(&self) -> String {
-        format!("the tolerance {:e} takes more than {:e} evaluations of a face", self.tolerance, MOST as f64)
+        format!(
+            "the tolerance {:e} takes more than {:e} evaluations of a face",
+            self.tolerance, MOST_EVALUATIONS as f64
+        )
     }
 
     pub(super) fn not_converged(&self, integrated: usize, pose: &Pose, why: &str) -> Error {
@@ -169,7 +176,8 @@ impl Pair {
         let Some(rule) = &self.rule else { return Ok(None) };
         let roles = self.roles(rule.integrated, pose);
         let Some(faces) = self.faces(rule, &roles, &Self::ALL) else { return Ok(None) };
-        let division = faces.energy_cells().divide(self.work_of_node(rule) as u64, MOST, interrupt)?;
+        let division =
+            faces.energy_cells().divide(self.work_of_node(rule) as u64, MOST_EVALUATIONS, interrupt)?;
         let Some(Division { begins, .. }) = division else {
             return Err(self.not_converged(rule.integrated, pose, &self.too_many_evaluations()));
         };
@@ -180,7 +188,7 @@ impl Pair {
 
     /// Returns the interaction by the cells for this many digits, which stay in use; `None` where they are
     /// too many.
-    fn by_cells(
+    fn interaction_by_cells(
         &mut self,
         integrated: usize,
         digits: usize,
@@ -188,15 +196,15 @@ impl Pair {
         reach: f64,
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<Interaction>> {
-        if !self.divided(integrated, digits, pose, reach, interrupt)? {
+        if !self.adopt_cells(integrated, digits, pose, reach, interrupt)? {
             return Ok(None);
         }
-        self.asking(pose, interrupt).map(Some)
+        self.interaction_with(pose, interrupt).map(Some)
     }
 
     /// Puts the rule over the faces for this many digits in use, in pieces. Returns false where it takes too
     /// many points.
-    fn divided(
+    fn adopt_cells(
         &mut self,
         integrated: usize,
         digits: usize,
@@ -210,7 +218,7 @@ impl Pair {
         let Some(rule) = &self.rule else { return Ok(false) };
         let Some(faces) = self.faces(rule, &roles, &Self::ALL) else { return Ok(false) };
         let cells = faces.cells();
-        let division = cells.divide(self.work_of_node(rule) as u64, MOST, interrupt)?;
+        let division = cells.divide(self.work_of_node(rule) as u64, MOST_EVALUATIONS, interrupt)?;
         if let (Some(rule), Some(division)) = (&mut self.rule, &division) {
             (rule.points, rule.begins) = (division.points, division.begins.clone());
         }

@@ -2,9 +2,9 @@
 //!
 //! Where the integration is over points (the nodes of a layer, or a centre), the derivatives are sums over
 //! the field and its gradient at each point, as in [`super::gradient`]; where it is over faces, they are the
-//! sums of [`super::face_gradient`]. The derivatives have cells of the faces of their own, as the field is
-//! less smooth than the potential: the digits of these cells are raised until two rules agree, and an error
-//! is returned where they do not.
+//! sums of [`super::face_gradient`]. The derivatives have their own cells, since the field is less smooth
+//! than the potential: the digits of these cells are raised until two rules agree, and an error is returned where
+//! they do not.
 //!
 //! A factor s of all lengths of the body that is integrated over moves its points by z ds. With both bodies
 //! and the separation multiplied by s, the force is proportional to s^-2 and the torques to s^-1, which gives
@@ -12,7 +12,7 @@
 
 use super::face_gradient::{self, FaceSums};
 use super::faces::Faces;
-use super::faceted::{FINER, MOST, MOST_DIGITS};
+use super::faceted::{FINER, MOST_DIGITS, MOST_EVALUATIONS};
 use super::gradient::CanonicalJacobian;
 use super::jacobian::FrameRotations;
 use super::rule::{FacetedRules, Kernel, Rule};
@@ -42,10 +42,10 @@ impl Pair {
         let previous_rules = self.faceted_rules.take();
         let Some(rule_in_use) = self.rule.clone() else { return Ok(()) };
         let pose = self.scaled(pose);
-        let of_pose = self.rule_for_derivatives(rule_in_use.clone(), &pose, interrupt)?;
-        let round = self.bodies[rule_in_use.integrated].ellipsoid().is_some();
-        let of_lengths = if lengths && round {
-            // The choice of the rules keeps the tables of those before.
+        let pose_rule = self.rule_for_derivatives(rule_in_use.clone(), &pose, interrupt)?;
+        let has_ellipsoid = self.bodies[rule_in_use.integrated].ellipsoid().is_some();
+        let lengths_rule = if lengths && has_ellipsoid {
+            // The choice starts from the previous rule, whose tables it may keep.
             self.rule = previous_rules.and_then(|rules| rules.lengths);
             let reach = self
                 .rule
@@ -58,7 +58,7 @@ impl Pair {
         } else {
             None
         };
-        self.faceted_rules = Some(Box::new(FacetedRules { pose: of_pose, lengths: of_lengths }));
+        self.faceted_rules = Some(Box::new(FacetedRules { pose: pose_rule, lengths: lengths_rule }));
         Ok(())
     }
 
@@ -78,11 +78,13 @@ impl Pair {
         while digits + FINER <= MOST_DIGITS {
             let coarser = match coarse.take() {
                 Some(coarser) => Some(coarser),
-                None => self.over_cells(&mut rule, digits, &roles, interrupt)?,
+                None => self.jacobian_by_cells(&mut rule, digits, &roles, interrupt)?,
             };
             let Some(coarser) = coarser else { break };
             let saved = (rule.points, rule.begins.clone());
-            let Some(fine) = self.over_cells(&mut rule, digits + FINER, &roles, interrupt)? else { break };
+            let Some(fine) = self.jacobian_by_cells(&mut rule, digits + FINER, &roles, interrupt)? else {
+                break;
+            };
             difference = self.difference_of_jacobians(rule.integrated, &fine, &coarser);
             if difference <= self.tolerance.max(AGREEMENT_OF_DERIVATIVES) {
                 rule.order = Order { gauss: digits, angles: digits };
@@ -106,7 +108,7 @@ impl Pair {
 
     /// Returns the derivatives over cells for this many digits, which become the rule's digits; `None` where
     /// there would be too many cells.
-    fn over_cells(
+    fn jacobian_by_cells(
         &self,
         rule: &mut Rule,
         digits: usize,
@@ -117,7 +119,7 @@ impl Pair {
         let Some(faces) = self.faces(rule, roles, &Self::ALL) else { return Ok(None) };
         let cells = faces.gradient_cells();
         let Some(Division { points, begins }) =
-            cells.divide(self.work_of_node(rule) as u64, MOST, interrupt)?
+            cells.divide(self.work_of_node(rule) as u64, MOST_EVALUATIONS, interrupt)?
         else {
             return Ok(None);
         };
@@ -137,15 +139,15 @@ impl Pair {
         // A point has no radius, and no torque.
         let over = |value: f64, radius: f64| if radius > 0.0 { value / radius } else { 0.0 };
         let by = |a: &Mat3, b: &Mat3| (a - b).norm();
-        let grown = [&reference.by_scale, &other.by_scale];
+        let by_scale = [&reference.by_scale, &other.by_scale];
         let all = [
             by(&reference.force_by_position, &other.force_by_position),
             over(by(&reference.force_by_rotation, &other.force_by_rotation), set),
             over(over(by(&reference.torque_by_rotation, &other.torque_by_rotation), set), set),
             over(by(&reference.field_by_position, &other.field_by_position), field),
             over(over(by(&reference.field_by_rotation, &other.field_by_rotation), field), set),
-            over((grown[0].force - grown[1].force).norm(), set),
-            over(over((grown[0].torque - grown[1].torque).norm(), set), set),
+            over((by_scale[0].force - by_scale[1].force).norm(), set),
+            over(over((by_scale[0].torque - by_scale[1].torque).norm(), set), set),
         ];
         all.into_iter().fold(0.0, f64::max) / reference.force_by_position.norm()
     }
@@ -244,7 +246,7 @@ impl Pair {
         pose: &Pose,
         interrupt: &mut InterruptCheck,
     ) -> Result<ShapeDerivatives> {
-        let mut out = ShapeDerivatives::none();
+        let mut out = ShapeDerivatives::ZERO;
         let Some(rules) = &self.faceted_rules else { return Ok(out) };
         let pose = &self.scaled(pose);
         let rule = &rules.pose;
@@ -338,9 +340,9 @@ impl CanonicalJacobian {
             z * g.transpose() - Mat3::from_diagonal_element(z.dot(&g)) - cross_times(z, &by_rotation);
         self.field_by_position += torque_gradient;
         self.field_by_rotation -= times_cross(&torque_gradient, z);
-        let grown = h * z;
-        self.by_scale.force += grown;
-        self.by_scale.torque += z.cross(&(g + grown));
+        let force = h * z;
+        self.by_scale.force += force;
+        self.by_scale.torque += z.cross(&(g + force));
         self.by_scale.torque_field += torque_gradient * z;
     }
 }
@@ -371,7 +373,7 @@ impl<K: FieldKernel> WithSimd for NodeAxisSum<'_, K> {
         let mut totals = [[[Total::zero(simd); 3]; 3]; 4];
         for register in 0..self.nodes.weights.len() / (2 * S::F64_LANES) {
             let (y, weight): ([Lanes<S, 2>; 3], _) = means::load(simd, &self.nodes, 2 * register);
-            let x = positions.of(y);
+            let x = positions.at(y);
             let (field, second) = self.kernel.second_integrals(x);
             let rows = field.semi_axis_derivatives(x, field.gradient_factors(x), second);
             let shares = [weight, weight * y[0], weight * y[1], weight * y[2]];

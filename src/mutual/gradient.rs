@@ -198,7 +198,7 @@ impl<S: Simd, const D: usize, const M: usize> GradientAccumulator<S, D, M> {
     ) {
         let positions: NodePositions<S, D, N> = NodePositions::new(simd, &sum.origin, &sum.axes);
         let (y, weight) = load(simd, &sum.nodes, register);
-        let x = positions.of(y);
+        let x = positions.at(y);
         let field = sum.kernel.field(x);
         let (n, f) = field.gradient_factors(x);
         let gradient = gradient(&field, (n, f));

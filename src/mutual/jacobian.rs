@@ -41,10 +41,16 @@ impl Jacobian {
     pub(super) fn monopole(pose: &Pose) -> Self {
         let r = pose.separation.norm();
         let u = pose.separation / r;
+        let force_by_separation = (Mat3::identity() - 3.0 * u * u.transpose()) / r / r / r;
+        Self { force_by_separation, ..Self::of_loads(super::pair::monopole(pose)) }
+    }
+
+    /// Returns these loads with derivatives of zero.
+    pub(super) fn of_loads(loads: Interaction) -> Self {
         let zero = Mat3::zeros();
         Self {
-            loads: super::pair::monopole(pose),
-            force_by_separation: (Mat3::identity() - 3.0 * u * u.transpose()) / r / r / r,
+            loads,
+            force_by_separation: zero,
             torque_by_separation: [zero; 2],
             torque_by_rotation: [zero; 2],
             torque_first_by_second: zero,
@@ -61,22 +67,22 @@ impl Jacobian {
     ) -> Self {
         let s = canonical;
         let frame_rotations = FrameRotations::new(integrated, pose, roles, bodies);
-        let FrameRotations { of_set, of_field, to_inertial, .. } = &frame_rotations;
+        let FrameRotations { from_set, from_field, to_inertial, .. } = &frame_rotations;
         let sign = if frame_rotations.first { 1.0 } else { -1.0 };
         let loads = frame_rotations.in_bodies(&s.balance);
         let torque_set = if frame_rotations.first { loads.torque_first } else { loads.torque_second };
         // The position is the separation for the second body in the field of the first, and minus the
         // separation otherwise.
         let by_separation = |slope: &Mat3| times_transposed(slope, to_inertial) * -sign;
-        let set_by_separation = transposed_times(of_set, &by_separation(&s.force_by_rotation.transpose()));
-        let field_by_separation = transposed_times(of_field, &by_separation(&s.field_by_position));
-        let field_by_set = transposed_times(of_field, &times(&s.field_by_rotation, of_set));
+        let set_by_separation = transposed_times(from_set, &by_separation(&s.force_by_rotation.transpose()));
+        let field_by_separation = transposed_times(from_field, &by_separation(&s.field_by_position));
+        let field_by_set = transposed_times(from_field, &times(&s.field_by_rotation, from_set));
         // The torque is expressed in a frame that rotates with the body.
         let set_by_set =
-            transposed_times(of_set, &times(&s.torque_by_rotation, of_set)) + torque_set.cross_matrix();
+            transposed_times(from_set, &times(&s.torque_by_rotation, from_set)) + torque_set.cross_matrix();
         // A rotation of the field body moves the other one in the opposite sense.
-        let back = times_cross(&s.field_by_position, &roles.origin) - s.field_by_rotation;
-        let field_by_field = transposed_times(of_field, &times(&back, of_field));
+        let opposite = times_cross(&s.field_by_position, &roles.origin) - s.field_by_rotation;
+        let field_by_field = transposed_times(from_field, &times(&opposite, from_field));
         let force_by_separation = -times_transposed(&times(to_inertial, &s.force_by_position), to_inertial);
         let in_order = |set, field| if integrated == 0 { [set, field] } else { [field, set] };
         Self {
@@ -120,8 +126,8 @@ impl Jacobian {
 /// inertial frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FrameRotations {
-    pub of_set: Mat3,
-    pub of_field: Mat3,
+    pub from_set: Mat3,
+    pub from_field: Mat3,
     pub to_inertial: Mat3,
     /// Whether the first body is integrated over.
     pub first: bool,
@@ -132,8 +138,8 @@ impl FrameRotations {
         let first = integrated == 0;
         let rotation = if first { &pose.rotation_second } else { &pose.rotation_first };
         Self {
-            of_set: times(&roles.rotation, &set.canonical),
-            of_field: field.canonical,
+            from_set: times(&roles.rotation, &set.canonical),
+            from_field: field.canonical,
             to_inertial: times_transposed(rotation, &field.canonical),
             first,
         }
@@ -143,8 +149,8 @@ impl FrameRotations {
     #[inline(always)]
     pub fn in_bodies(&self, balance: &Balance) -> Interaction {
         let force = rotate(&self.to_inertial, &balance.force);
-        let torque_field = rotate_back(&self.of_field, &balance.torque_field);
-        let torque_set = rotate_back(&self.of_set, &balance.torque);
+        let torque_field = rotate_back(&self.from_field, &balance.torque_field);
+        let torque_set = rotate_back(&self.from_set, &balance.torque);
         if self.first {
             return Interaction {
                 force_on_first: force,
@@ -173,7 +179,7 @@ impl Pair {
     ) -> Result<()> {
         let is_fixed = self.has_fixed_degrees();
         if let (Some(harmonic), Some(truncation)) = (&mut self.harmonic, &self.truncation) {
-            return if lengths { harmonic.know_lengths(truncation, is_fixed, interrupt) } else { Ok(()) };
+            return if lengths { harmonic.prepare_lengths(truncation, is_fixed, interrupt) } else { Ok(()) };
         }
         if self.is_faceted() {
             return self.prepare_faceted_jacobian(pose, lengths, interrupt);

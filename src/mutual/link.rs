@@ -97,12 +97,21 @@ impl Link {
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let part_pose = self.pose(pose);
-        let closing = predicted.map_or(0.0, |predicted| self.closing(pose, &part_pose, predicted));
+        let closing = match predicted {
+            Some(predicted) => self.closing(pose, &part_pose, predicted, interrupt)?,
+            None => 0.0,
+        };
         self.pair.prepare(&part_pose, closing, interrupt)
     }
 
     /// Returns the share of the parts' separation that may close without overlap.
-    fn closing(&self, pose: &Pose, part_pose: &Pose, predicted: &PredictedMotion) -> f64 {
+    fn closing(
+        &self,
+        pose: &Pose,
+        part_pose: &Pose,
+        predicted: &PredictedMotion,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<f64> {
         let distance = part_pose.separation.norm();
         let (mut reach, mut growth) = (predicted.reach, predicted.growth);
         if let Some(offsets) = &self.offsets {
@@ -114,14 +123,14 @@ impl Link {
             reach = distance - (pose.separation.norm() - predicted.reach) - swing(0) - swing(1);
             growth = f64::INFINITY;
         }
-        let touching = if reach > self.pair.apart_from() {
+        let touching = if reach > self.pair.contact_distance() {
             0.0
         } else if growth.is_finite() {
             1.0 / growth
         } else {
-            1.0 / self.pair.growth(part_pose)
+            1.0 / self.pair.growth(part_pose, interrupt)?
         };
-        (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
+        Ok((1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5))
     }
 
     /// Returns whether the parts are nearer to each other than the rule in use is valid for.
@@ -238,7 +247,7 @@ impl Link {
 
     /// Returns the contribution of this link to the potential energy per unit G m m.
     pub fn potential_energy(&self, pose: &Pose) -> f64 {
-        let (pose, share) = self.shared(pose);
+        let (pose, share) = self.part_pose_and_share(pose);
         share * self.pair.potential_energy_of(&pose, Pair::ALL)
     }
 
@@ -251,7 +260,7 @@ impl Link {
         time: f64,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let (pose, share) = self.shared(pose);
+        let (pose, share) = self.part_pose_and_share(pose);
         let pieces = self.pair.energy_pieces(&pose, interrupt)?;
         let work = self.pair.work() / pieces.len() as u64;
         for nodes in pieces {
@@ -262,7 +271,7 @@ impl Link {
     }
 
     /// Returns the pose of the two parts, and their share of the interaction.
-    fn shared(&self, pose: &Pose) -> (Pose, f64) {
+    fn part_pose_and_share(&self, pose: &Pose) -> (Pose, f64) {
         self.offsets.as_ref().map_or((*pose, 1.0), |offsets| (offsets.pose(pose), offsets.share))
     }
 
@@ -283,22 +292,23 @@ impl PartOffsets {
             .map(|i| self.placements[i].map_or(Mat3::zeros(), |placement| placement.position.cross_matrix()));
         let k = &parts.force_by_separation;
         let force = parts.loads.force_on_first;
-        let moved = [0, 1].map(|i| rotations[i] * lever[i] * signs[i]);
+        let separation_by_rotation = [0, 1].map(|i| rotations[i] * lever[i] * signs[i]);
         let force_by_rotation = [0, 1].map(|i| {
-            k * moved[i] - parts.torque_by_separation[i].transpose() * part_rotations[i].transpose()
+            k * separation_by_rotation[i]
+                - parts.torque_by_separation[i].transpose() * part_rotations[i].transpose()
         });
         let by_separation = [0, 1].map(|i| {
             part_rotations[i] * parts.torque_by_separation[i]
                 + lever[i] * rotations[i].transpose() * k * signs[i]
         });
         let torque_by_rotation = [0, 1].map(|i| {
-            let part_torque_by_rotation = parts.torque_by_separation[i] * moved[i]
+            let part_torque_by_rotation = parts.torque_by_separation[i] * separation_by_rotation[i]
                 + parts.torque_by_rotation[i] * part_rotations[i].transpose();
             let attraction = (rotations[i].transpose() * force).cross_matrix()
                 + rotations[i].transpose() * force_by_rotation[i];
             (part_rotations[i] * part_torque_by_rotation + lever[i] * attraction * signs[i]) * self.share
         });
-        let other = parts.torque_by_separation[0] * moved[1]
+        let other = parts.torque_by_separation[0] * separation_by_rotation[1]
             + parts.torque_first_by_second * part_rotations[1].transpose();
         let first_by_second =
             part_rotations[0] * other + lever[0] * rotations[0].transpose() * force_by_rotation[1];
@@ -311,9 +321,10 @@ impl PartOffsets {
         }
     }
 
-    /// With s the separation of the parts, dP the displacement of this part and phi its rotation, ds = -+R
-    /// dP, and the rotation is Q^T phi in the part's own frame, with Q the rotation from there to the body's
-    /// frame.
+    /// Returns the derivatives of the bodies' loads with respect to a number of a part.
+    ///
+    /// With s the separation of the parts, dP the displacement of this part and phi its rotation, ds = -+R dP, and the
+    /// rotation is Q^T phi in the part's frame, with Q the rotation from the part's frame to the body's frame.
     pub(super) fn by_part(
         &self,
         pose: &Pose,
@@ -331,21 +342,21 @@ impl PartOffsets {
             self.placements[which].map_or(Mat3::identity(), |p| p.rotation),
         );
         let mass = if self.parts[which] == by.part { by.relative_mass } else { 0.0 };
-        let step = rotate(rotation, &position) * -sign;
-        let spin = rotate_back(&part_rotation, &by.rotation_change);
+        let displacement = rotate(rotation, &position) * -sign;
+        let part_rotation_change = rotate_back(&part_rotation, &by.rotation_change);
         let [first, second] = &parts.torque_by_separation;
         let torque_change = if which == 0 {
-            [torque_by_rotation * spin, crossed.transpose() * spin]
+            [torque_by_rotation * part_rotation_change, crossed.transpose() * part_rotation_change]
         } else {
-            [crossed * spin, torque_by_rotation * spin]
+            [crossed * part_rotation_change, torque_by_rotation * part_rotation_change]
         };
         let loads = &parts.loads;
         let changed = Interaction {
-            force_on_first: parts.force_by_separation * step
-                - parts.torque_by_separation[which].transpose() * spin
+            force_on_first: parts.force_by_separation * displacement
+                - parts.torque_by_separation[which].transpose() * part_rotation_change
                 + loads.force_on_first * mass,
-            torque_first: first * step + torque_change[0] + loads.torque_first * mass,
-            torque_second: second * step + torque_change[1] + loads.torque_second * mass,
+            torque_first: first * displacement + torque_change[0] + loads.torque_first * mass,
+            torque_second: second * displacement + torque_change[1] + loads.torque_second * mass,
         };
         let mut changed = self.about_centres(pose, changed);
         let force = rotate_back(rotation, &(loads.force_on_first * (sign * self.share)));

@@ -93,14 +93,14 @@ impl<K: FieldKernel, const D: usize> WithSimd for ForceSum<'_, K, D> {
         let zero = Total::zero(simd);
         let mut running = ForceAccumulator { force: [zero; 3], moments: [[zero; 3]; D], torque: [zero; 3] };
         let registers = self.0.nodes.count.div_ceil(S::F64_LANES);
-        let whole = registers - registers % 6;
-        for register in (0..whole).step_by(6) {
+        let grouped = registers - registers % 6;
+        for register in (0..grouped).step_by(6) {
             running.add::<_, 6>(simd, &self.0, register);
         }
-        match registers - whole {
-            5 => running.add::<_, 5>(simd, &self.0, whole),
-            3 | 4 => running.add::<_, 4>(simd, &self.0, whole),
-            1 | 2 => running.add::<_, 2>(simd, &self.0, whole),
+        match registers - grouped {
+            5 => running.add::<_, 5>(simd, &self.0, grouped),
+            3 | 4 => running.add::<_, 4>(simd, &self.0, grouped),
+            1 | 2 => running.add::<_, 2>(simd, &self.0, grouped),
             _ => {}
         }
         let mut moment = [Vec3::zeros(); D];
@@ -130,7 +130,7 @@ impl<S: Simd, const D: usize> ForceAccumulator<S, D> {
     ) {
         let positions: NodePositions<S, D, N> = NodePositions::new(simd, &sum.origin, &sum.axes);
         let (y, weight) = load(simd, &sum.nodes, register);
-        let x = positions.of(y);
+        let x = positions.at(y);
         let field = sum.kernel.field(x);
         let wx = [weight * x[0], weight * x[1], weight * x[2]];
         for i in 0..3 {
@@ -159,7 +159,7 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
         let positions: NodePositions<S, D> = NodePositions::new(simd, &origin, &axes);
         let mut sum = Total::zero(simd);
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
-            sum.add_product(weight, kernel.potential(positions.of([u, v, w])));
+            sum.add_product(weight, kernel.potential(positions.at([u, v, w])));
         }
         sum.value()
     }
@@ -199,7 +199,8 @@ impl<S: Simd, const D: usize, const N: usize> NodePositions<S, D, N> {
     }
 
     #[inline(always)]
-    pub fn of(self, y: [Lanes<S, N>; 3]) -> [Lanes<S, N>; 3] {
+    /// Returns the position of a node with these coordinates.
+    pub fn at(self, y: [Lanes<S, N>; 3]) -> [Lanes<S, N>; 3] {
         let mut x = self.origin;
         for k in (0..D).rev() {
             for i in 0..3 {

@@ -77,6 +77,19 @@ pub struct Interaction {
 }
 
 impl Interaction {
+    /// The interaction of zero force and torques.
+    pub(crate) const ZERO: Self = {
+        let zero = Vec3::new(0.0, 0.0, 0.0);
+        Self { force_on_first: zero, torque_first: zero, torque_second: zero }
+    };
+
+    /// Adds another interaction.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.force_on_first += other.force_on_first;
+        self.torque_first += other.torque_first;
+        self.torque_second += other.torque_second;
+    }
+
     /// Returns the interaction multiplied by a factor.
     pub(crate) fn times(&self, factor: f64) -> Self {
         Self {

@@ -11,7 +11,6 @@ use super::{
 use crate::error::Result;
 use crate::gravity::FieldKernel;
 use crate::interrupt::{InterruptCheck, UNITS};
-use crate::math::Vec3;
 use crate::math::matrix::times;
 use crate::math::rotation::{rotate, rotate_back};
 use crate::quadrature::{Cell, Degrees, Order};
@@ -123,8 +122,8 @@ impl Pair {
         let rule = self.rule.as_ref()?;
         let pose = self.scaled(pose);
         let roles = self.roles(rule.integrated, &pose);
-        let of = |cell: Cell| cell.points * cell.points;
-        let faces = self.faces(rule, &roles, &Self::ALL).map(|faces| faces.cells().map(of).sum());
+        let points = |cell: Cell| cell.points * cell.points;
+        let faces = self.faces(rule, &roles, &Self::ALL).map(|faces| faces.cells().map(points).sum());
         Some(faces.unwrap_or(rule.nodes()))
     }
 
@@ -208,8 +207,8 @@ impl Pair {
         distance >= self.valid_from()
     }
 
-    /// Returns the separation beyond which the shapes cannot touch, whatever their rotations.
-    pub fn apart_from(&self) -> f64 {
+    /// Returns the largest separation at which the shapes can touch, whatever their rotations.
+    pub fn contact_distance(&self) -> f64 {
         self.bodies.iter().map(|body| body.shape.circumradius()).sum::<f64>() * self.unit
     }
 
@@ -223,10 +222,13 @@ impl Pair {
     }
 
     /// Returns the factor by which both shapes must grow to touch.
-    pub fn growth(&self, pose: &Pose) -> f64 {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted).
+    pub fn growth(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<f64> {
         let Pose { separation, rotation_first, rotation_second } = self.scaled(pose);
-        let [first, second] = &self.bodies;
-        growth(&first.shape, &second.shape, &separation, &rotation_first, &rotation_second).factor
+        let shapes = [&self.bodies[0].shape, &self.bodies[1].shape];
+        Ok(growth(shapes, &separation, [&rotation_first, &rotation_second], 0.0, interrupt)?.factor)
     }
 
     /// Returns force and torques with the rule in use.
@@ -238,14 +240,7 @@ impl Pair {
     /// Returns the contribution of one of the [`Pair::pieces`] to force and torques.
     #[inline]
     pub fn interaction_of(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
-        let f = self.scaled_interaction(&self.scaled(pose), nodes);
-        // The unit is a power of two, so that the scaling is exact.
-        let inverse = 1.0 / self.unit;
-        Interaction {
-            force_on_first: f.force_on_first * inverse * inverse,
-            torque_first: f.torque_first * inverse,
-            torque_second: f.torque_second * inverse,
-        }
+        self.loads_in_unit(&self.scaled_interaction(&self.scaled(pose), nodes), 0)
     }
 
     /// Returns the truncation error of a series, the size of its next two degrees, or the bound of the error
@@ -309,17 +304,18 @@ impl Pair {
     }
 
     /// Returns the interaction in the pair's unit of length, checking for interrupts between pieces.
-    pub(super) fn asking(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Interaction> {
+    pub(super) fn interaction_with(
+        &self,
+        pose: &Pose,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Interaction> {
         let pieces = self.pieces();
         let work = self.work() / pieces.len() as u64;
-        let zero = Vec3::repeat(-0.0);
-        let mut sum = Interaction { force_on_first: zero, torque_first: zero, torque_second: zero };
+        // Only negative zero plus any number is that number to the last bit.
+        let mut sum = Interaction::ZERO.times(-1.0);
         for nodes in pieces {
             interrupt.charge(work, 0.0)?;
-            let f = self.scaled_interaction(pose, nodes);
-            sum.force_on_first += f.force_on_first;
-            sum.torque_first += f.torque_first;
-            sum.torque_second += f.torque_second;
+            sum.add(&self.scaled_interaction(pose, nodes));
         }
         Ok(sum)
     }
@@ -419,10 +415,10 @@ impl Pair {
             0 => (&pose.rotation_second, &pose.rotation_first, -pose.separation),
             _ => (&pose.rotation_first, &pose.rotation_second, pose.separation),
         };
-        let to_field = field.to_canonical(rotation_field.transpose());
+        let to_field = field.rotation_to_canonical(rotation_field.transpose());
         Roles {
             origin: rotate(&to_field, &separation),
-            rotation: set.out_of_canonical(times(&to_field, rotation_set)),
+            rotation: set.rotation_from_canonical(times(&to_field, rotation_set)),
         }
     }
 }
@@ -448,6 +444,5 @@ fn node_kind(method: Method, set: &PartGravity, field: &PartGravity, thinned: f6
 
 pub(super) fn monopole(pose: &Pose) -> Interaction {
     let r = pose.separation.norm();
-    let zero = Vec3::zeros();
-    Interaction { force_on_first: pose.separation / r / r / r, torque_first: zero, torque_second: zero }
+    Interaction { force_on_first: pose.separation / r / r / r, ..Interaction::ZERO }
 }

@@ -56,13 +56,13 @@ impl PartGravity {
 
     /// Converts a rotation into the body frame to a rotation into the canonical frame.
     #[inline(always)]
-    pub(super) fn to_canonical(&self, rotation: Mat3) -> Mat3 {
+    pub(super) fn rotation_to_canonical(&self, rotation: Mat3) -> Mat3 {
         if self.sorted { rotation } else { self.canonical * rotation }
     }
 
     /// Converts a rotation that starts in the body frame to one that starts in the canonical frame.
     #[inline(always)]
-    pub(super) fn out_of_canonical(&self, rotation: Mat3) -> Mat3 {
+    pub(super) fn rotation_from_canonical(&self, rotation: Mat3) -> Mat3 {
         if self.sorted { rotation } else { rotation * self.canonical.transpose() }
     }
 

@@ -1,4 +1,4 @@
-//! The positions of two parts in their bodies, and what becomes of the parts' loads there.
+//! The positions of two parts in their bodies, and the loads of the bodies from those of the parts.
 
 use super::{Interaction, Pose};
 use crate::math::Vec3;
@@ -29,6 +29,7 @@ impl PartOffsets {
         separation
     }
 
+    /// Returns the pose of the two parts.
     #[inline]
     pub fn pose(&self, pose: &Pose) -> Pose {
         let mut part_pose = Pose { separation: self.separation(pose), ..*pose };

@@ -95,7 +95,7 @@ pub enum RuleMemory {
     /// A sum over fragments.
     Fragments {
         /// The number of shares of the tolerance.
-        sharers: u32,
+        shares: u32,
         /// The work of an evaluation at the pose for which the rule was chosen.
         work: u64,
     },
@@ -136,8 +136,8 @@ impl NodeStore {
         interrupt: &mut InterruptCheck,
     ) -> Result<Arc<Nodes>> {
         let order = node_kind.order(order);
-        let owner = set.polyhedron().filter(|_| node_kind == NodeKind::Layer).map(|p| p.identity());
-        let key = (order, node_kind, owner);
+        let polyhedron = set.polyhedron().filter(|_| node_kind == NodeKind::Layer).map(|p| p.identity());
+        let key = (order, node_kind, polyhedron);
         if let Some((_, nodes)) = self.local.iter().find(|(stored, _)| *stored == key) {
             return Ok(nodes.clone());
         }

@@ -54,16 +54,16 @@ impl Multipole {
         let (spreads, scale) = self.scaled_spreads(pose);
         let c = sized!(self.half(), &spreads, &(pose.separation / scale));
         let rotations = [&pose.rotation_first, &pose.rotation_second];
-        let mut out = ShapeDerivatives::none();
+        let mut out = ShapeDerivatives::ZERO;
         for body in 0..2 {
             for axis in 0..3 {
                 let e = rotations[body].column(axis) / scale;
                 let change = e * e.transpose() * (2.0 * self.squares[body][axis].sqrt());
                 let force = Vec3::from_fn(|l, _| contracted(&change, |i, j| c.third[body][index([i, j, l])]));
                 let torque = |of: usize| {
-                    let moved = c.moved(of + body, &change);
+                    let spread_change = c.spread_change(of + body, &change);
                     let direct = if of == body { axial(&change, &c.by_spread(of)) } else { Vec3::zeros() };
-                    rotate_back(rotations[of], &(axial(&spreads[of], &moved) + direct)) / scale
+                    rotate_back(rotations[of], &(axial(&spreads[of], &spread_change) + direct)) / scale
                 };
                 out.axes[body][axis] = Interaction {
                     force_on_first: -force / (scale * scale),
@@ -105,8 +105,8 @@ impl Contractions {
 
     /// Returns the change of dU/dS by a change of a spread, where the index is the sum of the indices of both
     /// bodies.
-    fn moved(&self, both: usize, change: &Mat3) -> Mat3 {
-        symmetric(|i, j| contracted(change, |k, l| self.fourth[both][index([i, j, k, l])]))
+    fn spread_change(&self, sum_of_bodies: usize, change: &Mat3) -> Mat3 {
+        symmetric(|i, j| contracted(change, |k, l| self.fourth[sum_of_bodies][index([i, j, k, l])]))
     }
 }
 
@@ -167,9 +167,9 @@ fn series_jacobian(spreads: &[Mat3; 2], c: &Contractions) -> SeriesJacobian {
             Mat3::from_columns(&[Vec3::x(), Vec3::y(), Vec3::z()].map(|theta| {
                 let generator = theta.cross_matrix();
                 let change = times(&generator, &spreads[other]) - times(&spreads[other], &generator);
-                let moved = c.moved(b + other, &change);
+                let spread_change = c.spread_change(b + other, &change);
                 let direct = if b == other { axial(&change, &m[b]) } else { Vec3::zeros() };
-                axial(&spreads[b], &moved) + direct
+                axial(&spreads[b], &spread_change) + direct
             }))
         })
     });

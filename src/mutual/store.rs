@@ -148,12 +148,12 @@ impl Store {
     ) -> Result<Arc<FragmentTree>> {
         let key = (PolyhedronKey(polyhedron.clone()), degree, discriminant(&arch));
         let stored = self.fragments.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-        if let Some(tree) = stored.filter(|tree| tree.count() <= FragmentTree::MOST) {
+        if let Some(tree) = stored.filter(|tree| tree.count() <= FragmentTree::MOST_FRAGMENTS) {
             return Ok(tree);
         }
         let tree = Arc::new(FragmentTree::new(polyhedron, degree, arch, interrupt)?);
         let mut map = self.fragments.lock().unwrap_or_else(PoisonError::into_inner);
-        if map.values().map(|tree| tree.count()).sum::<usize>() > FragmentTree::MOST {
+        if map.values().map(|tree| tree.count()).sum::<usize>() > FragmentTree::MOST_FRAGMENTS {
             map.clear();
         }
         map.insert(key, tree.clone());
@@ -181,7 +181,7 @@ fn cached<K: Eq + Hash, V>(
     map: &Mutex<HashMap<K, Arc<V>>>,
     key: K,
     size: impl Fn(&V) -> usize,
-    most: usize,
+    limit: usize,
     make: impl FnOnce() -> V,
 ) -> Arc<V> {
     let mut map = map.lock().unwrap_or_else(PoisonError::into_inner);
@@ -189,7 +189,7 @@ fn cached<K: Eq + Hash, V>(
         return stored.clone();
     }
     let made = Arc::new(make());
-    if map.values().map(|value| size(value)).sum::<usize>() > most {
+    if map.values().map(|value| size(value)).sum::<usize>() > limit {
         map.clear();
     }
     map.insert(key, made.clone());

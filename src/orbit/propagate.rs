@@ -6,7 +6,7 @@
 
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
-use crate::math::stumpff::{REACH, stumpff};
+use crate::math::stumpff::{SERIES_LIMIT, stumpff};
 use pulp::Scalar;
 use std::f64::consts::TAU;
 
@@ -122,7 +122,7 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
 fn functions(beta: f64, s: f64) -> [f64; 4] {
     let mut z = beta * s * s;
     let mut doublings = 0;
-    while z.abs() > REACH && doublings < 60 {
+    while z.abs() > SERIES_LIMIT && doublings < 60 {
         z *= 0.25;
         doublings += 1;
     }

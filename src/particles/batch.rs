@@ -19,7 +19,7 @@ use crate::workers::Worker;
 
 /// The first step of a particle, in units of the time in which it would travel its distance from the nearest
 /// centre of a body.
-const FIRST: f64 = 0.01;
+const FIRST_STEP: f64 = 0.01;
 
 /// The allowance for rounding errors in bounds of distances, relative to the distances.
 const MARGIN: f64 = 1e-9;
@@ -50,12 +50,12 @@ pub struct BatchContext<'a> {
 
 /// A batch of particles under integration.
 pub struct Batch<'a, 'b> {
-    pub(super) flying: &'b BatchContext<'a>,
+    pub(super) context: &'b BatchContext<'a>,
     stages: Stages<'a>,
     /// Stages for the acceleration of particles that lie on a surface.
     pub(super) probe: Stages<'a>,
     /// External forces for the functions of events.
-    watcher: ExternalForces,
+    event_forces: ExternalForces,
     /// The index of the batch's first particle.
     first: usize,
     pub(super) particles: &'b mut [Particle],
@@ -71,22 +71,22 @@ pub struct Batch<'a, 'b> {
 
 impl<'a, 'b> Batch<'a, 'b> {
     pub fn new(
-        flying: &'b BatchContext<'a>,
+        context: &'b BatchContext<'a>,
         first: usize,
         particles: &'b mut [Particle],
         samples: &'b mut [f64],
     ) -> Self {
-        let stages = Stages::new(flying.model, flying.external_forces.clone());
+        let stages = Stages::new(context.model, context.external_forces.clone());
         Self {
-            flying,
+            context,
             probe: stages.clone(),
             stages,
-            watcher: flying.external_forces.clone(),
+            event_forces: context.external_forces.clone(),
             first,
             particles,
             samples,
-            starts: vec![[Vec3::zeros(); BLOCK]; flying.surfaces.len()],
-            segment: Segment::new(6, flying.model.tableau.interpolant.terms()),
+            starts: vec![[Vec3::zeros(); BLOCK]; context.surfaces.len()],
+            segment: Segment::new(6, context.model.tableau.interpolant.terms()),
             occurrences: Vec::new(),
         }
     }
@@ -98,7 +98,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         loop {
             for lane in 0..BLOCK {
                 while lanes[lane].is_none() && next < self.particles.len() {
-                    if self.carry(next)? {
+                    if self.advance_on_surface(next)? {
                         self.load(lane, next);
                         lanes[lane] = Some(next);
                     }
@@ -134,7 +134,7 @@ impl<'a, 'b> Batch<'a, 'b> {
 
     /// Takes one step in every lane.
     fn step(&mut self, lanes: &mut [Option<usize>; BLOCK]) -> Result<()> {
-        let BatchContext { rules, end, direction, surfaces, .. } = *self.flying;
+        let BatchContext { rules, end, direction, surfaces, .. } = *self.context;
         self.stages.begin()?;
         for body in 0..surfaces.len() {
             (0..BLOCK).for_each(|lane| self.starts[body][lane] = self.centre(body, lane));
@@ -154,7 +154,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         let mut must_examine = [false; BLOCK];
         for lane in 0..BLOCK {
             let Some(index) = lanes[lane] else { continue };
-            if !self.judge(index, lane, [errors[0][lane], errors[1][lane]]) {
+            if !self.accept(index, lane, [errors[0][lane], errors[1][lane]]) {
                 if self.particles[index].status == ParticleStatus::Gone {
                     lanes[lane] = None;
                 }
@@ -162,16 +162,16 @@ impl<'a, 'b> Batch<'a, 'b> {
             }
             let (x, v) = (vector(&high, 0, lane), vector(&high, 3, lane));
             if x.amax().max(v.amax()) > BEYOND {
-                self.lose(index, lane);
+                self.mark_lost(index, lane);
                 lanes[lane] = None;
                 continue;
             }
             accepted[lane] = true;
-            let escaping = rules.escape.is_some_and(|escape| escape.value(self.flying.mu, &x, &v) > 0.0);
+            let escaping = rules.escape.is_some_and(|escape| escape.value(self.context.mu, &x, &v) > 0.0);
             must_examine[lane] = escaping
-                || !self.flying.events.is_empty()
+                || !self.context.events.is_empty()
                 || self.due(index, ends[lane], false).is_some()
-                || !self.apart(lane, &x);
+                || !self.certainly_clear(lane, &x);
         }
         if must_examine.contains(&true) {
             self.stages.complete()?;
@@ -193,7 +193,7 @@ impl<'a, 'b> Batch<'a, 'b> {
                     self.record(index, &x, &v);
                 }
             }
-            if self.particles[index].time == end || !self.carry(index)? {
+            if self.particles[index].time == end || !self.advance_on_surface(index)? {
                 lanes[lane] = None;
             } else {
                 self.load(lane, index);
@@ -214,7 +214,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         let particle = &mut self.particles[index];
         particle.scales.get_or_insert([distance, speed]);
         if particle.next == 0.0 {
-            particle.next = FIRST * distance / speed;
+            particle.next = FIRST_STEP * distance / speed;
         }
         particle.next
     }
@@ -228,8 +228,8 @@ impl<'a, 'b> Batch<'a, 'b> {
     }
 
     /// Returns whether a step is accepted, and plans the next one.
-    fn judge(&mut self, index: usize, lane: usize, errors: [f64; 2]) -> bool {
-        let Rules { tableau, tolerance, .. } = self.flying.rules;
+    fn accept(&mut self, index: usize, lane: usize, errors: [f64; 2]) -> bool {
+        let Rules { tableau, tolerance, .. } = self.context.rules;
         let sizes = self.sizes(lane);
         let (time, size) = (self.stages.time[lane], self.stages.size[lane].abs());
         let particle = &mut self.particles[index];
@@ -248,13 +248,13 @@ impl<'a, 'b> Batch<'a, 'b> {
         }
         particle.next = size * particle.controller.rejected(error, tableau.error_order);
         if particle.next <= 4.0 * f64::EPSILON * time.abs() || particle.next <= f64::MIN_POSITIVE {
-            self.lose(index, lane);
+            self.mark_lost(index, lane);
         }
         false
     }
 
     /// Ends the flight of a particle that cannot be integrated further, at the beginning of its step.
-    fn lose(&mut self, index: usize, lane: usize) {
+    fn mark_lost(&mut self, index: usize, lane: usize) {
         let particle = &mut self.particles[index];
         particle.end = End { fate: Fate::Lost, time: self.stages.time[lane], ..End::default() };
         particle.status = ParticleStatus::Gone;
@@ -268,17 +268,17 @@ impl<'a, 'b> Batch<'a, 'b> {
     /// mass distribution. If with these accelerations the path departs from the chord by no more than g / 2,
     /// the assumption holds. Forces other than the bodies' gravity are assumed to no more than double in the
     /// step.
-    fn apart(&self, lane: usize, end: &Vec3) -> bool {
-        let BatchContext { surfaces, model, .. } = *self.flying;
+    fn certainly_clear(&self, lane: usize, end: &Vec3) -> bool {
+        let BatchContext { surfaces, model, .. } = *self.context;
         let x = Vec3::from([0, 1, 2].map(|c| self.stages.motion[c][lane]));
-        let least_on_chord = |body: usize| {
+        let chord_distance = |body: usize| {
             let start = x - self.starts[body][lane];
             least_distance(&start, &(end - self.centre(body, lane) - start))
         };
         let mut attraction =
-            if self.flying.external_forces.is_empty() { 0.0 } else { 2.0 * self.stages.first(lane).norm() };
+            if self.context.external_forces.is_empty() { 0.0 } else { 2.0 * self.stages.first(lane).norm() };
         for (body, (surface, attractor)) in surfaces.iter().zip(model.attractors).enumerate() {
-            let inner = 0.5 * (least_on_chord(body) + surface.radius) - surface.focal;
+            let inner = 0.5 * (chord_distance(body) + surface.radius) - surface.focal;
             // The comparison is written so that NaN gives false.
             let bounded = inner > 0.0;
             if !bounded {
@@ -289,7 +289,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         let size = self.stages.size[lane];
         surfaces.iter().zip(&model.ephemeris.bounds).enumerate().all(|(body, (surface, bounds))| {
             let sagitta = 0.125 * size * size * (attraction + bounds.acceleration);
-            let distance = least_on_chord(body);
+            let distance = chord_distance(body);
             sagitta + MARGIN * distance <= 0.5 * (distance - surface.radius)
         })
     }
@@ -298,7 +298,7 @@ impl<'a, 'b> Batch<'a, 'b> {
     /// outputs, events, contacts and escapes. Returns whether one of these has set the particle's time and
     /// motion.
     fn examine(&mut self, index: usize, lane: usize, end: (f64, Vec3, Vec3)) -> Result<bool> {
-        let BatchContext { model, rules, surfaces, direction, mu, .. } = *self.flying;
+        let BatchContext { model, rules, surfaces, direction, mu, .. } = *self.context;
         self.stages.segment(lane, &mut self.segment);
         let start = self.segment.start();
         let leaving = self.particles[index].status == ParticleStatus::Flying { leaving: true };
@@ -328,15 +328,15 @@ impl<'a, 'b> Batch<'a, 'b> {
             self.record(index, &x, &v);
         }
         let (x, v) = motion_at(&self.segment, stop);
-        let (events, particle_index) = (self.flying.events, self.first + index);
+        let (events, particle_index) = (self.context.events, self.first + index);
         if !events.is_empty() && stop != start {
-            let context = (model.ephemeris, &mut self.watcher, self.flying.origin);
+            let context = (model.ephemeris, &mut self.event_forces, self.context.origin);
             let after = if stop == end.0 { end } else { (stop, x, v) };
             scan(events, context, particle_index, &self.segment, after, &mut self.occurrences)?;
         }
         if escaped {
             let particle = &mut self.particles[index];
-            particle.put(stop, &x, &v);
+            particle.set_motion(stop, &x, &v);
             particle.status = ParticleStatus::Gone;
             particle.end = End { fate: Fate::Escape, time: stop, ..End::default() };
             return Ok(true);
@@ -350,15 +350,15 @@ impl<'a, 'b> Batch<'a, 'b> {
     /// Returns the next output time of a particle if it is before `time` along the flight, or equal to it if
     /// `inclusive`.
     pub(super) fn due(&self, index: usize, time: f64, inclusive: bool) -> Option<f64> {
-        let next = *self.flying.output.get(self.particles[index].recorded)?;
-        let remaining = (time - next) * self.flying.direction;
+        let next = *self.context.output.get(self.particles[index].recorded)?;
+        let remaining = (time - next) * self.context.direction;
         (remaining > 0.0 || (inclusive && remaining == 0.0)).then_some(next)
     }
 
     /// Writes a position and a velocity as the next output of a particle.
     pub(super) fn record(&mut self, index: usize, x: &Vec3, v: &Vec3) {
         let particle = &mut self.particles[index];
-        let offset = 6 * (index * self.flying.output.len() + particle.recorded);
+        let offset = 6 * (index * self.context.output.len() + particle.recorded);
         particle.recorded += 1;
         self.samples[offset..offset + 6].copy_from_slice(&[x.x, x.y, x.z, v.x, v.y, v.z]);
     }

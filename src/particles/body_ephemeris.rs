@@ -99,17 +99,17 @@ impl<'a> BodyEphemeris<'a> {
     }
 
     /// Returns the range of at most `most` steps from a time towards another, and the time at which it ends.
-    pub fn step_range(&self, time: f64, until: f64, most: usize) -> (Range<usize>, f64) {
+    pub fn step_range(&self, time: f64, until: f64, max_steps: usize) -> (Range<usize>, f64) {
         let (index, count) = (self.index(time), self.segments.len());
         if until < time {
             let at_edge = index > 0 && self.ends(index)[0] == time;
             let last = index + usize::from(!at_edge);
-            let first = last.saturating_sub(most);
+            let first = last.saturating_sub(max_steps);
             // The last step may end before the run by a rounding error.
             let end = if first == 0 { until } else { self.ends(first)[0].max(until) };
             return (first..last, end);
         }
-        let last = (index + most).min(count);
+        let last = (index + max_steps).min(count);
         let end = if last == count { until } else { self.ends(last - 1)[1].min(until) };
         (index..last, end)
     }

@@ -28,30 +28,30 @@ const STAY: f64 = 1e-3;
 impl Batch<'_, '_> {
     /// Advances a particle that is not flying to the end of the range, or to where it lifts off. Returns
     /// whether it flies from there.
-    pub(super) fn carry(&mut self, index: usize) -> Result<bool> {
+    pub(super) fn advance_on_surface(&mut self, index: usize) -> Result<bool> {
         let particle = &self.particles[index];
         let ParticleStatus::On { body, point, normal, held } = particle.status else {
             return Ok(
-                matches!(particle.status, ParticleStatus::Flying { .. }) && particle.time != self.flying.end
+                matches!(particle.status, ParticleStatus::Flying { .. }) && particle.time != self.context.end
             );
         };
-        let (start, end) = (particle.time, self.flying.end);
+        let (start, end) = (particle.time, self.context.end);
         // Particles lift off only in flights forwards in time.
         let from = start.max(held);
         let off = if from < end { self.lift(index, body, (&point, &normal), from, end)? } else { None };
         let until = off.unwrap_or(end);
-        let ephemeris = self.flying.model.ephemeris;
+        let ephemeris = self.context.model.ephemeris;
         while let Some(time) = self.due(index, until, true) {
-            let (x, v) = ephemeris.pose(body, time).without(&point, &Vec3::zeros());
+            let (x, v) = ephemeris.pose(body, time).in_inertial_frame(&point, &Vec3::zeros());
             self.record(index, &x, &v);
         }
-        let (x, v) = ephemeris.pose(body, until).without(&point, &Vec3::zeros());
+        let (x, v) = ephemeris.pose(body, until).in_inertial_frame(&point, &Vec3::zeros());
         let particle = &mut self.particles[index];
-        particle.put(until, &x, &v);
+        particle.set_motion(until, &x, &v);
         if off.is_some() {
             particle.status = ParticleStatus::Flying { leaving: true };
             particle.next = 0.0;
-            particle.left = until;
+            particle.left_at = until;
             particle.end = End::default();
         }
         Ok(off.is_some() && until != end)
@@ -67,8 +67,8 @@ impl Batch<'_, '_> {
         v: &Vec3,
     ) -> Result<()> {
         let time = hit.time;
-        let pose = self.flying.model.ephemeris.pose(body, time);
-        let landing = self.flying.surfaces[body].landing(&pose, hit.part, (x, v));
+        let pose = self.context.model.ephemeris.pose(body, time);
+        let landing = self.context.surfaces[body].landing(&pose, hit.part, (x, v));
         let Landing { point, normal, velocity } = landing;
         let inwards = velocity.dot(&normal);
         let across = velocity - normal * inwards;
@@ -83,15 +83,17 @@ impl Batch<'_, '_> {
         };
         let held = |until: f64| ParticleStatus::On { body, point, normal, held: until };
         self.particles[index].strikes += 1;
-        let (moving, end, status) = match self.flying.rules.contact {
-            ContactResponse::Stop => (pose.without(&point, &Vec3::zeros()), end, held(f64::INFINITY)),
+        let (moving, end, status) = match self.context.rules.contact {
+            ContactResponse::Stop => {
+                (pose.in_inertial_frame(&point, &Vec3::zeros()), end, held(f64::INFINITY))
+            }
             ContactResponse::Remove => ((*x, *v), end, ParticleStatus::Gone),
             ContactResponse::Bounce { normal: along, tangential, rest } => {
                 let out = across * tangential - normal * (along * inwards);
                 let distance = point.norm();
-                let passing = distance / (v.norm() + (self.flying.mu / distance).sqrt());
+                let passing = distance / (v.norm() + (self.context.mu / distance).sqrt());
                 let particle = &mut self.particles[index];
-                let at_once = (time - particle.left).abs() <= AT_ONCE * passing;
+                let at_once = (time - particle.left_at).abs() <= AT_ONCE * passing;
                 particle.returns = if at_once { particle.returns + 1 } else { 0 };
                 let stays = particle.returns > RETURNS;
                 let slow = -along * inwards < rest;
@@ -105,17 +107,21 @@ impl Batch<'_, '_> {
                 {
                     let end = End { fate: Fate::Rest, ..end };
                     let until = if stays { time + STAY * passing } else { time };
-                    (pose.without(&point, &Vec3::zeros()), end, held(until))
+                    (pose.in_inertial_frame(&point, &Vec3::zeros()), end, held(until))
                 } else {
                     let particle = &mut self.particles[index];
-                    (particle.next, particle.controller, particle.left) = (0.0, Controller::new(), time);
-                    (pose.without(&point, &out), End::default(), ParticleStatus::Flying { leaving: true })
+                    (particle.next, particle.controller, particle.left_at) = (0.0, Controller::new(), time);
+                    (
+                        pose.in_inertial_frame(&point, &out),
+                        End::default(),
+                        ParticleStatus::Flying { leaving: true },
+                    )
                 }
             }
         };
         let particle = &mut self.particles[index];
         (particle.end, particle.status) = (end, status);
-        particle.put(time, &moving.0, &moving.1);
+        particle.set_motion(time, &moving.0, &moving.1);
         Ok(())
     }
 
@@ -128,13 +134,13 @@ impl Batch<'_, '_> {
         (point, normal, velocity): (&Vec3, &Vec3, &Vec3),
         times: LaneBlock,
     ) -> Result<LaneBlock> {
-        let ephemeris = self.flying.model.ephemeris;
+        let ephemeris = self.context.model.ephemeris;
         let probe = &mut self.probe;
         probe.time = times;
         probe.area_to_mass = [self.particles[index].area_to_mass; BLOCK];
         let poses = times.map(|time| ephemeris.pose(body, time));
         for (lane, pose) in poses.iter().enumerate() {
-            let (x, v) = pose.without(point, &Vec3::zeros());
+            let (x, v) = pose.in_inertial_frame(point, &Vec3::zeros());
             for c in 0..3 {
                 (probe.motion[c][lane], probe.motion[3 + c][lane]) = (x[c], v[c]);
             }
@@ -163,7 +169,7 @@ impl Batch<'_, '_> {
         start: f64,
         end: f64,
     ) -> Result<Option<f64>> {
-        let ephemeris = self.flying.model.ephemeris;
+        let ephemeris = self.context.model.ephemeris;
         let at = (at.0, at.1, &Vec3::zeros());
         let mut last = (start, self.outward_acceleration(index, body, at, [start; BLOCK])?[0] - LIFT);
         if last.1 > 0.0 {

@@ -161,7 +161,7 @@ pub struct Particle {
     /// The number of contacts with surfaces.
     pub strikes: u32,
     /// The time at which the particle last left a surface, and how often in a row it returned at once.
-    pub(super) left: f64,
+    pub(super) left_at: f64,
     pub(super) returns: u32,
 }
 
@@ -215,7 +215,7 @@ impl Particle {
             recorded: 0,
             end: End::default(),
             strikes: 0,
-            left: f64::NEG_INFINITY,
+            left_at: f64::NEG_INFINITY,
             returns: 0,
         }
     }
@@ -259,7 +259,7 @@ impl Particle {
     }
 
     /// Sets time, position and velocity anew.
-    pub(super) fn put(&mut self, time: f64, position: &Vec3, velocity: &Vec3) {
+    pub(super) fn set_motion(&mut self, time: f64, position: &Vec3, velocity: &Vec3) {
         self.time = time;
         self.motion = [position.x, position.y, position.z, velocity.x, velocity.y, velocity.z];
         self.low = [0.0; 6];

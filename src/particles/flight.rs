@@ -114,18 +114,18 @@ impl<'a> FlightPlan<'a> {
         let start = particles.first().map_or(self.until, |particle| particle.time);
         let frame = self.dense.frame();
         let origin = |time: f64| (frame.nominal_at(time), Vec3::from(frame.barycentre_velocity));
-        let moved = |particles: &mut [Particle], sign: f64| {
+        let shift = |particles: &mut [Particle], sign: f64| {
             for particle in particles {
                 let (position, velocity) = origin(particle.time);
                 let (x, v) = (particle.position() + position * sign, particle.velocity() + velocity * sign);
                 let low = particle.low;
-                particle.put(particle.time, &x, &v);
+                particle.set_motion(particle.time, &x, &v);
                 particle.low = low;
             }
         };
-        moved(particles, -1.0);
+        shift(particles, -1.0);
         let outcome = self.fly_from(start, particles, record, hook);
-        moved(particles, 1.0);
+        shift(particles, 1.0);
         let count = self.output.len();
         if count > 0 {
             for (at, sample) in record.samples.chunks_exact_mut(6).enumerate() {
@@ -156,7 +156,7 @@ impl<'a> FlightPlan<'a> {
         // The record has a row for each particle even if the flight is refused.
         record.samples.resize(6 * self.output.len() * particles.len(), f64::NAN);
         let external_forces = self.check(start)?;
-        self.ask(hook, start, start)?;
+        self.call_hook(hook, start, start)?;
         let bodies = self.prepare(start, particles, hook)?;
         if self.output.first() == Some(&start) {
             let rows = record.samples.chunks_exact_mut(6 * self.output.len());
@@ -171,7 +171,7 @@ impl<'a> FlightPlan<'a> {
         with_workers(self.threads, WorkerThread::run, |pool| {
             self.fly_steps(start, &bodies, &external_forces, particles, record, hook, pool)
         })??;
-        self.ask(hook, start, self.until)
+        self.call_hook(hook, start, self.until)
     }
 
     /// Returns an error for a flight that is not possible, and otherwise the external forces on the
@@ -238,8 +238,8 @@ impl<'a> FlightPlan<'a> {
             begin(&poses, &surfaces, self.system, index, particle)?;
         }
         let (constant, arch) = (self.system.gravitational_constant(), self.system.arch());
-        let puller = |body| ParticleAttractor::new(body, constant, arch, interrupt);
-        Ok(FlightBodies { attractors: bodies.iter().map(puller).collect::<Result<_>>()?, surfaces })
+        let attractor = |body| ParticleAttractor::new(body, constant, arch, interrupt);
+        Ok(FlightBodies { attractors: bodies.iter().map(attractor).collect::<Result<_>>()?, surfaces })
     }
 
     /// Integrates the particles along the run, range by range.
@@ -263,7 +263,7 @@ impl<'a> FlightPlan<'a> {
         while time != until {
             let (step_range, end) = ephemeris.step_range(time, until, STEPS_PER_RANGE);
             ephemeris.pack(step_range);
-            let flying = BatchContext {
+            let context = BatchContext {
                 model: FlightModel {
                     ephemeris: &ephemeris,
                     attractors,
@@ -280,7 +280,7 @@ impl<'a> FlightPlan<'a> {
                 end,
                 direction: if until < start { -1.0 } else { 1.0 },
             };
-            let mut proceed = |part: f64| self.ask(hook, start, time + part * (end - time));
+            let mut proceed = |part: f64| self.call_hook(hook, start, time + part * (end - time));
             let mut batches = Batches {
                 number: 0,
                 size,
@@ -292,7 +292,7 @@ impl<'a> FlightPlan<'a> {
                 proceed: &mut proceed,
             };
             pool.run(&mut batches, |(number, particles, samples), worker| {
-                let mut batch = Batch::new(&flying, number * size, particles, samples);
+                let mut batch = Batch::new(&context, number * size, particles, samples);
                 let outcome = batch.run(worker);
                 (number, batch.occurrences, outcome)
             });
@@ -307,7 +307,7 @@ impl<'a> FlightPlan<'a> {
     }
 
     /// Calls the hook, and returns an error for an interrupt.
-    fn ask(&self, hook: &mut Hook, start: f64, time: f64) -> Result<()> {
+    fn call_hook(&self, hook: &mut Hook, start: f64, time: f64) -> Result<()> {
         match hook(Progress { start, time, end: self.until }) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Interrupted { time }),
@@ -331,7 +331,7 @@ fn begin(
 ) -> Result<()> {
     let (x, v) = (particle.position(), particle.velocity());
     for (body, (surface, pose)) in surfaces.iter().zip(poses).enumerate() {
-        let (point, _) = pose.within(&x, &v);
+        let (point, _) = pose.in_body_frame(&x, &v);
         if surface.contains(&point) {
             let name = &system.bodies()[body].name;
             let value = format!("inside {name}");
@@ -379,14 +379,14 @@ impl<'a> JobSource for Batches<'a, '_> {
     type Answer = (usize, Vec<ParticleOccurrence>, Result<()>);
 
     fn next(&mut self) -> Option<Self::Job> {
-        let left = self.particles.len();
-        if left == 0 {
+        let remaining = self.particles.len();
+        if remaining == 0 {
             return None;
         }
-        let (size, width) = (self.size.min(left), self.samples.len() / left);
+        let (size, width) = (self.size.min(remaining), self.samples.len() / remaining);
         let (particles, others) = std::mem::take(&mut self.particles).split_at_mut(size);
-        let (samples, rest) = std::mem::take(&mut self.samples).split_at_mut(width * size);
-        (self.particles, self.samples) = (others, rest);
+        let (samples, other_samples) = std::mem::take(&mut self.samples).split_at_mut(width * size);
+        (self.particles, self.samples) = (others, other_samples);
         self.number += 1;
         Some((self.number - 1, particles, samples))
     }

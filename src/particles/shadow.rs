@@ -52,14 +52,14 @@ enum Hidden {
 impl Occulter {
     /// Returns the occulters of a body: its outer parts, where any shape but an ellipsoid is replaced by the
     /// ellipsoid with the same moments of inertia.
-    fn of(index: usize, body: &Body) -> Vec<Self> {
+    fn of_body(index: usize, body: &Body) -> Vec<Self> {
         let part = |part: &crate::shape::Part| {
             let semi_axes = match &part.shape {
                 Shape::Point => return None,
                 Shape::Ellipsoid(ellipsoid) => Vec3::from(ellipsoid.semi_axes()),
                 other => {
                     let inertia = other.inertia_per_mass();
-                    inertia.map(|own| (2.5 * (inertia.sum() - 2.0 * own)).max(0.0).sqrt())
+                    inertia.map(|moment| (2.5 * (inertia.sum() - 2.0 * moment)).max(0.0).sqrt())
                 }
             };
             let (position, rotation) = (part.position(), part.rotation());
@@ -71,19 +71,19 @@ impl Occulter {
 
     /// Returns which directions the occulter hides. `r` is the particle's position relative to the body's
     /// centre, `s` the direction to the source's centre, inertial.
-    fn hides(&self, rotation: &Mat3, r: &Vec3, s: &Vec3, across: [&Vec3; 2], tau: f64) -> Hidden {
+    fn hidden_directions(&self, rotation: &Mat3, r: &Vec3, s: &Vec3, across: [&Vec3; 2], tau: f64) -> Hidden {
         let p = r - rotate(rotation, &self.position);
-        let ahead = -p.dot(s);
-        if ahead < -self.radius {
+        let along = -p.dot(s);
+        if along < -self.radius {
             return Hidden::Nothing;
         }
-        let aside = (p + s * ahead).norm_squared();
-        let reach = self.radius + tau * (ahead + self.radius);
-        if aside > reach * reach * (1.0 + tau * tau) {
+        let lateral_squared = (p + s * along).norm_squared();
+        let shadow_radius = self.radius + tau * (along + self.radius);
+        if lateral_squared > shadow_radius * shadow_radius * (1.0 + tau * tau) {
             return Hidden::Nothing;
         }
         // No ray to the disc passes the centre at a distance larger than this one.
-        if ahead > 0.0 && aside.sqrt() + tau * ahead < self.inner {
+        if along > 0.0 && lateral_squared.sqrt() + tau * along < self.inner {
             return Hidden::Everything;
         }
         let in_canonical =
@@ -190,13 +190,13 @@ impl Disc {
     /// Takes the radius of a source, and the bodies that may hide it.
     pub fn new(radius: f64, bodies: &[Body]) -> Self {
         let occulters =
-            bodies.iter().enumerate().flat_map(|(index, body)| Occulter::of(index, body)).collect();
+            bodies.iter().enumerate().flat_map(|(index, body)| Occulter::of_body(index, body)).collect();
         let (cones, breaks, intervals) = Default::default();
         Self { occulters, radius, rule: rule(), cones, breaks, intervals }
     }
 
     /// Returns the visible part of the disc, where the source lies in the direction `towards`, inertial;
-    /// `place` returns a body's rotation and the position relative to its centre.
+    /// `pose_from` returns a body's rotation and the position relative to its centre.
     pub fn visible(&mut self, towards: &Vec3, mut pose_from: impl FnMut(usize) -> (Mat3, Vec3)) -> f64 {
         let square = towards.norm_squared();
         let s = towards / square.sqrt();
@@ -206,7 +206,7 @@ impl Disc {
         self.cones.clear();
         for occulter in &self.occulters {
             let (rotation, r) = pose_from(occulter.body);
-            match occulter.hides(&rotation, &r, &s, [&first, &second], tau) {
+            match occulter.hidden_directions(&rotation, &r, &s, [&first, &second], tau) {
                 Hidden::Nothing => {}
                 Hidden::Everything => return 0.0,
                 Hidden::Within(cone) => self.cones.push(cone),
@@ -250,10 +250,10 @@ fn covered(cones: &[Cone], u: f64, intervals: &mut Vec<[f64; 2]>) -> f64 {
         (low < high).then_some([low, high])
     }));
     intervals.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
-    let (mut length, mut reached) = (0.0, f64::NEG_INFINITY);
+    let (mut length, mut covered_to) = (0.0, f64::NEG_INFINITY);
     for &[low, high] in &*intervals {
-        length += (high - low.max(reached)).max(0.0);
-        reached = reached.max(high);
+        length += (high - low.max(covered_to)).max(0.0);
+        covered_to = covered_to.max(high);
     }
     length
 }

@@ -176,8 +176,8 @@ impl<'a> Stages<'a> {
         });
         let ([x, y, z, ..], [_, _, _, ax, ay, az]) = (&self.trial, out);
         let (position, mut acceleration) = ([*x, *y, *z], [*ax, *ay, *az]);
-        for (puller, columns) in self.model.attractors.iter().zip(by_body(&self.columns)) {
-            puller.add_pointwise(columns, &position, &mut acceleration);
+        for (attractor, columns) in self.model.attractors.iter().zip(by_body(&self.columns)) {
+            attractor.add_pointwise(columns, &position, &mut acceleration);
         }
         if !self.external_forces.is_empty() {
             for lane in 0..BLOCK {
@@ -245,8 +245,8 @@ impl WithSimd for Rates<'_> {
         self.model.ephemeris.columns_at(simd, self.times, self.cursors, self.columns);
         let [x, y, z, vx, vy, vz] = *self.at;
         let mut acceleration = [[0.0; BLOCK]; 3];
-        for (puller, columns) in self.model.attractors.iter().zip(by_body(self.columns)) {
-            puller.add(simd, columns, &[x, y, z], &mut acceleration, self.nearness.as_deref_mut());
+        for (attractor, columns) in self.model.attractors.iter().zip(by_body(self.columns)) {
+            attractor.add(simd, columns, &[x, y, z], &mut acceleration, self.nearness.as_deref_mut());
         }
         let [ax, ay, az] = acceleration;
         *self.out = [vx, vy, vz, ax, ay, az];

@@ -16,16 +16,16 @@ use crate::shape::{Body, Part, Polyhedron, Shape};
 /// The shortest advance of the search, relative to the step and to the time in which the particle would pass
 /// the body. A contact may be missed whose depth is less than the square of this number times the size of the
 /// body.
-const FLOOR: f64 = 1e-5;
+const SHORTEST_ADVANCE: f64 = 1e-5;
 
 /// The rounding of positions, relative to them.
 const ROUNDING: f64 = 4e-15;
 
 /// The ratio of the speed along the normal to the particle's speed below which a particle follows the
-/// surface, if its distance from the surface is below the smallest one that counts. It may follow for `LONG`
-/// evaluations in a row.
-const FOLLOWS: f64 = 1e-11;
-const LONG: u32 = 10_000;
+/// surface, if its distance from the surface is below the smallest one that counts. It may follow for
+/// `MAX_FOLLOWED` evaluations in a row.
+const FOLLOWING_SPEED: f64 = 1e-11;
+const MAX_FOLLOWED: u32 = 10_000;
 
 /// The surface of a body.
 #[derive(Debug, Clone)]
@@ -72,14 +72,14 @@ pub struct Landing {
 
 impl BodyMotion {
     /// Converts position and velocity to the body frame, with the velocity relative to the rotating body.
-    pub fn within(&self, position: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
+    pub fn in_body_frame(&self, position: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
         let local = rotate_back(&self.rotation, &(position - self.position));
         let velocity = rotate_back(&self.rotation, &(velocity - self.velocity)) - self.spin.cross(&local);
         (local, velocity)
     }
 
-    /// Converts position and velocity from the body frame: the inverse of [`Self::within`].
-    pub fn without(&self, local: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
+    /// Converts position and velocity from the body frame: the inverse of [`Self::in_body_frame`].
+    pub fn in_inertial_frame(&self, local: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
         let moving = velocity + self.spin.cross(local);
         (self.position + rotate(&self.rotation, local), self.velocity + rotate(&self.rotation, &moving))
     }
@@ -116,11 +116,11 @@ impl BodySurface {
             };
             Some(PartSurface { position: part.position(), rotation: part.rotation(), form })
         };
-        let reach = |part: &Part| part.position().norm() + part.shape.focal_reach();
+        let focal = |part: &Part| part.position().norm() + part.shape.focal_reach();
         let parts: Vec<_> = body.outer_parts().filter_map(part).collect();
         Self {
             radius: if parts.is_empty() { 0.0 } else { body.circumradius() },
-            focal: body.parts().iter().map(reach).fold(0.0, f64::max),
+            focal: body.parts().iter().map(focal).fold(0.0, f64::max),
             parts,
         }
     }
@@ -185,7 +185,7 @@ impl BodySurface {
 
     /// Describes a particle at the surface of a part.
     pub fn landing(&self, pose: &BodyMotion, part: usize, (position, velocity): (&Vec3, &Vec3)) -> Landing {
-        let (point, velocity) = pose.within(position, velocity);
+        let (point, velocity) = pose.in_body_frame(position, velocity);
         let part = &self.parts[part];
         let normal = rotate(&part.rotation, &part.normal(&part.part_frame(&point)));
         Landing { point, normal, velocity }
@@ -212,7 +212,7 @@ impl SurfaceForm {
 }
 
 /// Bounds of a particle's motion near a part in a step.
-struct Worst {
+struct MotionBound {
     /// A bound of |w|.
     speed: f64,
     /// A bound of |y| |w'|.
@@ -271,9 +271,10 @@ impl PartSurface {
     ) -> Option<f64> {
         let (start, direction) = (step.start(), step.size().signum());
         let length = (until - start).abs();
-        let worst = self.worst(ephemeris, body, step, length);
+        let bound = self.motion_bound(ephemeris, body, step, length);
         // A shorter advance would be lost in the rounding of `passed`, and the search would not end.
-        let floor = (FLOOR * length.min(self.form.size() / worst.speed)).max(f64::EPSILON * length);
+        let floor =
+            (SHORTEST_ADVANCE * length.min(self.form.size() / bound.speed)).max(f64::EPSILON * length);
         let clearance = |passed: f64| self.clearance(ephemeris, body, step, start + direction * passed);
         let first = if leaving { floor } else { 0.0 };
         let (mut passed, mut followed) = (first, 0_u32);
@@ -282,10 +283,10 @@ impl PartSurface {
             // A particle that lies on the surface to rounding does not reach it. A particle that follows the
             // surface for long does reach it: otherwise it would follow the surface forever at a meaningless
             // distance.
-            let follows =
-                value.abs() <= FLOOR * FLOOR * worst.scale && rate.abs() <= FOLLOWS / ROUNDING * still;
+            let follows = value.abs() <= SHORTEST_ADVANCE * SHORTEST_ADVANCE * bound.scale
+                && rate.abs() <= FOLLOWING_SPEED / ROUNDING * still;
             followed = if follows { followed + 1 } else { 0 };
-            if followed > LONG {
+            if followed > MAX_FOLLOWED {
                 return Some(start + direction * passed);
             }
             let lies = value >= -rounding && rate.abs() <= still;
@@ -301,33 +302,33 @@ impl PartSurface {
                 let near = contact.clamp((passed - 2.0 * floor).max(first), passed + floor);
                 return Some(start + direction * near.clamp(0.0, length));
             }
-            let ahead = match &self.form {
+            let advance = match &self.form {
                 SurfaceForm::Ellipsoid { shortest, .. } => {
-                    let (rate, curvature) = (rate * direction, 2.0 * worst.curvature / (shortest * shortest));
+                    let (rate, curvature) = (rate * direction, 2.0 * bound.curvature / (shortest * shortest));
                     let value = value.max(0.0);
                     let root = (rate * rate + 2.0 * curvature * value).sqrt();
                     // In neither form nearly equal numbers are subtracted.
                     if rate < 0.0 { 2.0 * value / (root - rate) } else { (rate + root) / curvature }
                 }
-                SurfaceForm::Polyhedron(_) => value / worst.speed,
+                SurfaceForm::Polyhedron(_) => value / bound.speed,
             };
-            passed += if ahead > floor { ahead } else { floor };
+            passed += if advance > floor { advance } else { floor };
         }
         None
     }
 
-    /// Returns how far a particle is outside at a time.
+    /// Returns by how much a particle is outside at a time, and the rate of that.
     fn clearance(&self, ephemeris: &BodyEphemeris, body: usize, step: &Segment, time: f64) -> Clearance {
         let (position, velocity) = motion_at(step, time);
         let pose = ephemeris.pose(body, time);
-        let (local, w) = pose.within(&position, &velocity);
+        let (local, w) = pose.in_body_frame(&position, &velocity);
         let still = ROUNDING * (velocity.norm() + pose.spin.norm() * local.norm());
         let (y, w) = (self.part_frame(&local), rotate_back(&self.rotation, &w));
-        let away = position.norm();
+        let distance_from_origin = position.norm();
         match &self.form {
             SurfaceForm::Ellipsoid { inverse, shortest } => {
                 let (y, w) = (y.component_mul(inverse), w.component_mul(inverse));
-                let rounding = ROUNDING * (1.0 + away / shortest);
+                let rounding = ROUNDING * (1.0 + distance_from_origin / shortest);
                 Clearance {
                     value: y.norm_squared() - 1.0,
                     rate: 2.0 * y.dot(&w),
@@ -343,28 +344,39 @@ impl PartSurface {
                 // A little above the surface the nearest face tells whether the point is inside or outside.
                 let (normal, height) = polyhedron.outward(&y);
                 let value = distance.copysign(height);
-                Clearance { value, rate: normal.dot(&w), rounding: ROUNDING * (size + away), still }
+                Clearance {
+                    value,
+                    rate: normal.dot(&w),
+                    rounding: ROUNDING * (size + distance_from_origin),
+                    still,
+                }
             }
         }
     }
 
-    fn worst(&self, ephemeris: &BodyEphemeris, body: usize, step: &Segment, length: f64) -> Worst {
+    fn motion_bound(
+        &self,
+        ephemeris: &BodyEphemeris,
+        body: usize,
+        step: &Segment,
+        length: f64,
+    ) -> MotionBound {
         let bounds = ephemeris.bounds[body];
         let acceleration = bounds.acceleration + step.rates(3, 3)[0] / step.size().abs();
         let (position, velocity) = motion_at(step, step.start());
         let pose = ephemeris.pose(body, step.start());
         let speed = (velocity - pose.velocity).norm() + acceleration * length;
-        let reach = (position - pose.position).norm() + speed * length;
-        let rotation_speed = bounds.spin * reach;
+        let farthest = (position - pose.position).norm() + speed * length;
+        let rotation_speed = bounds.spin * farthest;
         let scale = match &self.form {
             SurfaceForm::Ellipsoid { .. } => 1.0,
             SurfaceForm::Polyhedron(_) => self.form.size(),
         };
-        Worst {
+        MotionBound {
             scale,
             speed: speed + rotation_speed,
-            curvature: (reach + self.position.norm())
-                * (acceleration + bounds.spin * (2.0 * speed + rotation_speed) + bounds.spin_rate * reach),
+            curvature: (farthest + self.position.norm())
+                * (acceleration + bounds.spin * (2.0 * speed + rotation_speed) + bounds.spin_rate * farthest),
         }
     }
 }

@@ -4,16 +4,16 @@
 //! With e toward the observer, s toward the Sun, p = A^-1 R^T e and q = A^-1 R^T s the brightness is B = abc
 //! b(p, q, outlines). The derivatives of b with respect to p and q are integrals over the part that is
 //! visible and illuminated. An outline contributes an integral along itself. Let x be a point of it, d the
-//! direction along which light is hidden, X = x + reach d the point of the hiding ellipsoid at which the ray
+//! direction along which light is hidden, X = x + h d the point of the hiding ellipsoid at which the ray
 //! from x is tangent, and N the normal at X. Where these change, the function that is zero on the outline
-//! changes at x by 2 N.(dx + reach dd - dX); a change of the reach has no effect, since N is perpendicular to
+//! changes at x by 2 N.(dx + reach dd - dX); a change of h has no effect, since N is perpendicular to
 //! d.
 
 use super::kernel::{PARTIALS, ScatteringKernel};
 use super::law::Law;
 use super::lune::{Longitude, Lune};
 use super::mesh::Facet;
-use super::outline::{Hiding, Light, Outline, level};
+use super::outline::{HidingEllipsoid, Light, Outline, cylinder_level};
 use super::strips::{StripMoments, Strips};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
@@ -22,9 +22,9 @@ use crate::math::rotation::rotate_back;
 use crate::math::{Mat3, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// An ellipsoid with its position and attitude.
+/// The position, rotation and size of an ellipsoid.
 #[derive(Debug, Clone, Copy)]
-pub struct Placed {
+pub struct EllipsoidPose {
     /// Index of its body in the list of bodies.
     pub body: usize,
     /// Semi-axes along the ellipsoid's own axes.
@@ -62,8 +62,8 @@ pub struct Partials {
 }
 
 /// An ellipsoid in sunlight, with the outlines of what hides light from it.
-pub struct Lit<'a> {
-    placed: &'a Placed,
+pub struct LitEllipsoid<'a> {
+    pose: &'a EllipsoidPose,
     law: &'a Law,
     time: f64,
     /// Unit vectors to the observer and to the Sun, inertial.
@@ -71,58 +71,58 @@ pub struct Lit<'a> {
     /// Unit vectors to the observer and to the Sun in the ellipsoid's own axes.
     lights: [Vec3; 2],
     lune: Lune,
-    hiding: Vec<Hiding>,
+    hiding: Vec<HidingEllipsoid>,
     outlines: Vec<Outline>,
 }
 
-impl<'a> Lit<'a> {
+impl<'a> LitEllipsoid<'a> {
     /// Takes an ellipsoid, its law, the time, unit vectors to the observer and to the Sun, and the ellipsoids
     /// that may hide either of them from it.
     #[inline]
     pub fn new(
-        placed: &'a Placed,
+        pose: &'a EllipsoidPose,
         law: &'a Law,
         time: f64,
         directions: [Vec3; 2],
-        in_front: impl Iterator<Item = (Light, Placed)>,
+        in_front: impl Iterator<Item = (Light, EllipsoidPose)>,
     ) -> Self {
-        let lights = directions.map(|direction| rotate_back(&placed.rotation, &direction));
-        let [p, q] = lights.map(|light| light.component_div(&placed.semi_axes));
+        let lights = directions.map(|direction| rotate_back(&pose.rotation, &direction));
+        let [p, q] = lights.map(|light| light.component_div(&pose.semi_axes));
         let lune = Lune::new(&p, &q);
         let (mut hiding, mut outlines) = (Vec::new(), Vec::<Outline>::new());
         for (light, other) in in_front {
-            let from = other.position - placed.position;
+            let from = other.position - pose.position;
             let direction = &directions[light as usize];
-            let shadow_caster = Hiding {
+            let shadow_caster = HidingEllipsoid {
                 light,
                 semi_axes: other.semi_axes,
-                rotation: placed.rotation.tr_mul(&other.rotation),
+                rotation: pose.rotation.tr_mul(&other.rotation),
                 // The component along the light is left out, since it would add rounding errors.
-                centre: placed.rotation.tr_mul(&(from - direction * from.dot(direction))),
+                centre: pose.rotation.tr_mul(&(from - direction * from.dot(direction))),
                 body: other.body,
-                level: level(
-                    [0, 1, 2].map(|i| Compensated::difference(other.position[i], placed.position[i])),
+                level: cylinder_level(
+                    [0, 1, 2].map(|i| Compensated::difference(other.position[i], pose.position[i])),
                     &other.semi_axes,
                     &other.rotation,
                     direction,
                 ),
             };
-            let outline = Outline::new(&lune, &placed.semi_axes, &shadow_caster);
-            if !outline.misses() {
+            let outline = Outline::new(&lune, &pose.semi_axes, &shadow_caster);
+            if !outline.is_beside_sphere() {
                 outlines.push(outline);
-                hiding.push(Hiding { centre: placed.rotation.tr_mul(&from), ..shadow_caster });
+                hiding.push(HidingEllipsoid { centre: pose.rotation.tr_mul(&from), ..shadow_caster });
             }
         }
-        Self { placed, law, time, directions, lights, lune, hiding, outlines }
+        Self { pose, law, time, directions, lights, lune, hiding, outlines }
     }
 
-    /// The phase angle.
+    /// Returns the phase angle.
     fn phase(&self) -> f64 {
         let [e, s] = &self.directions;
         e.cross(s).norm().atan2(e.dot(s))
     }
 
-    /// The constant T of a law whose integrals over this lune have closed forms.
+    /// Returns the constant T of a law whose integrals over this lune have closed forms.
     fn constant(&self) -> Option<f64> {
         self.law.constant().filter(|_| !self.lune.is_thin())
     }
@@ -131,7 +131,7 @@ impl<'a> Lit<'a> {
         let mut kernel = ScatteringKernel {
             lune: &self.lune,
             law: self.law,
-            semi_axes: &self.placed.semi_axes,
+            semi_axes: &self.pose.semi_axes,
             scattering: self.law.at(self.phase()),
             time: self.time,
             constant: self.constant(),
@@ -154,15 +154,15 @@ impl<'a> Lit<'a> {
         }
         let mut all: [f64; W] = match self.constant() {
             Some(constant) if self.outlines.is_empty() => {
-                let whole: [f64; W] = self.lune.between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0);
+                let sums: [f64; W] = self.lune.between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0);
                 // The integral of rho^2 over the parallels is that of cos^2 b over the latitude, pi/2; that of
                 // cos^3 b is 4/3.
                 const SIZES: [f64; 4] = [FRAC_PI_2, 4.0 / 3.0, 4.0 / 3.0, 0.0];
-                std::array::from_fn(|k| SIZES[k] * constant * whole[k])
+                std::array::from_fn(|k| SIZES[k] * constant * sums[k])
             }
             _ => Strips { kernel: &self.kernel(), outlines: &self.outlines }.light(interrupt)?,
         };
-        let Placed { semi_axes, rotation, .. } = self.placed;
+        let EllipsoidPose { semi_axes, rotation, .. } = self.pose;
         if let [_, x, y, z] = &mut all[..] {
             let moment = self.lune.vector_of([*x, *y, *z]).component_mul(semi_axes);
             [*x, *y, *z] = (rotation * moment).into();
@@ -191,8 +191,8 @@ impl<'a> Lit<'a> {
         };
         let corner = |row: f64, column: f64| {
             let (l, z, rho) = sphere_point(row, column);
-            let surface = self.lune.point(l, z, rho).component_mul(&self.placed.semi_axes);
-            self.placed.position + self.placed.rotation * (surface * growth)
+            let surface = self.lune.point(l, z, rho).component_mul(&self.pose.semi_axes);
+            self.pose.position + self.pose.rotation * (surface * growth)
         };
         let mut all = Vec::with_capacity((2.0 * rows * columns) as usize);
         for (row, column) in (0..rows as u32).flat_map(|row| (0..columns as u32).map(move |c| (row, c))) {
@@ -234,7 +234,7 @@ impl<'a> Lit<'a> {
                 strips.partials(&self.hiding, &self.lights, interrupt)?
             }
         };
-        let volume = self.placed.semi_axes.product();
+        let volume = self.pose.semi_axes.product();
         self.add_by_semi_axes(&sums, volume, partials);
         for (hiding, moments) in self.hiding.iter().zip(&moments) {
             self.add_outline(hiding, moments, volume, partials);
@@ -245,7 +245,7 @@ impl<'a> Lit<'a> {
     /// Adds the derivatives with respect to the ellipsoid's own rotation and semi-axes and to the directions
     /// to the observer and to the Sun, with all outlines fixed.
     fn add_by_semi_axes(&self, sums: &[f64; PARTIALS], volume: f64, partials: &mut Partials) {
-        let Placed { semi_axes, rotation, body, .. } = self.placed;
+        let EllipsoidPose { semi_axes, rotation, body, .. } = self.pose;
         let partials_of_body = &mut partials.by_body[*body];
         for k in 0..2 {
             let by = self.lune.vector_of([sums[1 + 3 * k], sums[2 + 3 * k], sums[3 + 3 * k]]) * volume;
@@ -267,8 +267,14 @@ impl<'a> Lit<'a> {
     }
 
     /// Adds the derivatives that follow from the change of one outline.
-    fn add_outline(&self, hiding: &Hiding, moments: &StripMoments, volume: f64, partials: &mut Partials) {
-        let Placed { semi_axes, rotation, body, .. } = self.placed;
+    fn add_outline(
+        &self,
+        hiding: &HidingEllipsoid,
+        moments: &StripMoments,
+        volume: f64,
+        partials: &mut Partials,
+    ) {
+        let EllipsoidPose { semi_axes, rotation, body, .. } = self.pose;
         // These are the normals of the hiding ellipsoid in the frame of the ellipsoid that is seen.
         let normals = hiding.rotation * Mat3::from_diagonal(&hiding.semi_axes.map(|a| volume / a));
         let (shift, rotation_part) = (rotation * (normals * moments.v), normals * moments.v_u);
@@ -277,7 +283,7 @@ impl<'a> Lit<'a> {
         partials_of_body.position += shift;
         partials_of_body.rotation += axial(&with_surface.transpose());
         partials_of_body.semi_axes += rotation_part.diagonal();
-        partials.by_direction[hiding.light as usize] += rotation * (normals * moments.reach_v);
+        partials.by_direction[hiding.light as usize] += rotation * (normals * moments.depth_v);
         let other = &mut partials.by_body[hiding.body];
         other.position -= shift;
         let [stretch, shrink] = [hiding.semi_axes, hiding.semi_axes.map(|a| volume / a)];

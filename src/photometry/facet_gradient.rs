@@ -1,8 +1,8 @@
 //! Derivatives of the brightness of facets with respect to the corners of all facets and the directions.
 //!
-//! Let K be the brightness of a facet per area, n its normal and A the area that is left. Where the corners
+//! Let K be the brightness of a facet per area, n its normal and A its unhidden area. Where the corners
 //! a_i move by da_i, the facet turns by dn = -sum grad(l_i) (n.da_i), l_i the shares of the corners in a point
-//! of the facet, which changes mu, mu0 and K. A side of what is left, from x to x', moves by dx in its middle,
+//! of the facet, which changes mu, mu0 and K. A side of the unhidden area, from x to x', moves by dx in its middle,
 //! and the area changes by N.dx, N = (x' - x) cross n. On a side of the facet dx is that of its corners. On
 //! the shadow of a side with the point P, x = P - h d, and with v = N - (N.d / mu) n
 //!
@@ -31,8 +31,8 @@ pub struct FacetGradient {
     pub lights: [Vec3; 2],
 }
 
-/// A facet of which a part is left, and its brightness per area.
-struct Lit<'a> {
+/// A partly hidden facet, and its brightness per area.
+struct LitFacet<'a> {
     facet: &'a Facet,
     face: [usize; 3],
     per_area: f64,
@@ -60,7 +60,7 @@ impl FacetedPart<'_> {
                 continue;
             }
             interrupt.charge(WORK, surface.time)?;
-            let partly = self.leave(facet, Some((index, [mu, mu0])), &mut region);
+            let partly = self.clip(facet, Some((index, [mu, mu0])), &mut region);
             let left = facet.area * if partly { region.share() } else { 1.0 };
             let [per_area, by_mu, by_mu0, phase] = surface.per_area_with_partials(index, [mu, mu0]);
             total += per_area * left;
@@ -78,7 +78,7 @@ impl FacetedPart<'_> {
                 }
             }
             if partly {
-                let lit = Lit { facet, face, per_area };
+                let lit = LitFacet { facet, face, per_area };
                 region.pieces().flat_map(sides).for_each(|side| self.add_side(&lit, side, &mut gradient));
             }
         }
@@ -90,9 +90,9 @@ impl FacetedPart<'_> {
         Ok((total, gradient))
     }
 
-    /// Adds the derivatives that follow from the shift of one side of what is left of a facet.
-    fn add_side(&self, lit: &Lit<'_>, (from, to): (&Corner, &Corner), gradient: &mut FacetGradient) {
-        let Lit { facet, face, per_area } = lit;
+    /// Adds the derivatives that follow from the shift of one side of the unhidden area of a facet.
+    fn add_side(&self, lit: &LitFacet<'_>, (from, to): (&Corner, &Corner), gradient: &mut FacetGradient) {
+        let LitFacet { facet, face, per_area } = lit;
         let (normal, [a, b, c]) = (&facet.normal, facet.corners);
         let [x, y] = [from, to].map(|corner| (b - a) * corner.at[0] + (c - a) * corner.at[1]);
         let outward = (y - x).cross(normal) * *per_area;

@@ -1,13 +1,13 @@
 //! The brightness of a body by the facets of its parts, and its derivatives with respect to poses, vertices,
 //! semi-axes and directions.
 //!
-//! The brightness of an ellipsoid from which others hide light is B = W L / A, where W is that of the whole
-//! ellipsoid, and L and A are the sums over the facets of its mesh with and without what is hidden. Its
-//! derivatives are dW L / A + (dL - dA L / A) W / A. They have the error of the facets' size, while B has the
-//! share of finer cells in place of L / A.
+//! The brightness of an ellipsoid from which others hide light is B = W L / A, where W is its brightness without
+//! occluders, and L and A are the sums over the facets of its mesh with and without occluders. The derivatives are
+//! dW L / A + (dL - dA L / A) W / A. Their error is of the order of the facets' size; B itself has the share of
+//! finer cells in place of L / A.
 
 use super::convex::ConvexBody;
-use super::ellipsoid::{Lit, Partials, Placed};
+use super::ellipsoid::{EllipsoidPose, LitEllipsoid, Partials};
 use super::facets::{FacetedPart, SurfaceLight};
 use super::mesh::Mesh;
 use crate::error::Result;
@@ -23,7 +23,7 @@ pub struct FacetedBody<'a> {
 /// A body in sunlight: an ellipsoid about its centre of mass, a convex body that is known by the areas of its
 /// facets, or a body of any other shape.
 pub enum Target<'a> {
-    Ellipsoid(Lit<'a>),
+    Ellipsoid(LitEllipsoid<'a>),
     Convex(ConvexBody<'a>),
     Facets(FacetedBody<'a>),
 }
@@ -42,8 +42,8 @@ impl Target<'_> {
             Self::Facets(body) => body.parts.iter().try_fold([0.0; W], |mut sums, part| {
                 let mut light = part.light::<W>(&body.surface, interrupt)?;
                 if let [brightness, x, y, z] = &mut light[..] {
-                    let (position, pose) = &part.mesh.pose;
-                    let moment = Vec3::new(*x, *y, *z) + pose.tr_mul(position) * *brightness;
+                    let (position, part_rotation) = &part.mesh.pose;
+                    let moment = Vec3::new(*x, *y, *z) + part_rotation.tr_mul(position) * *brightness;
                     [*x, *y, *z] = (part.rotation * moment).into();
                 }
                 sums.iter_mut().zip(light).for_each(|(sum, part)| *sum += part);
@@ -96,27 +96,28 @@ fn add_ellipsoid(
 ) -> Result<f64> {
     let (mesh, [body, _], albedo) = (part.mesh, part.mesh.indices, surface.albedo[0]);
     let directions = part.lights.map(|light| part.rotation * light);
-    let placed = Placed { body, semi_axes: mesh.semi_axes, position: Vec3::zeros(), rotation: part.rotation };
-    let lit = Lit::new(&placed, surface.law, surface.time, directions, std::iter::empty());
-    let mut of_ellipsoid = partials.zeros();
-    let unhidden = albedo * lit.partials(&mut of_ellipsoid, interrupt)?;
-    let by_body = &mut of_ellipsoid.by_body[body];
+    let ellipsoid_pose =
+        EllipsoidPose { body, semi_axes: mesh.semi_axes, position: Vec3::zeros(), rotation: part.rotation };
+    let lit = LitEllipsoid::new(&ellipsoid_pose, surface.law, surface.time, directions, std::iter::empty());
+    let mut ellipsoid_partials = partials.zeros();
+    let unhidden = albedo * lit.partials(&mut ellipsoid_partials, interrupt)?;
+    let by_body = &mut ellipsoid_partials.by_body[body];
     by_body.rotation = mesh.pose.1 * by_body.rotation;
     let mut add = |part: &Partials, factor: f64| partials.add(part, factor, [&directions; 2]);
     if part.occluders.is_empty() {
-        add(&of_ellipsoid, albedo);
+        add(&ellipsoid_partials, albedo);
         return Ok(unhidden);
     }
     let brightness = part.light::<1>(surface, interrupt)?[0];
-    let [mut of_left, mut of_all] = [of_ellipsoid.zeros(), of_ellipsoid.zeros()];
+    let [mut unhidden_partials, mut all_partials] = [ellipsoid_partials.zeros(), ellipsoid_partials.zeros()];
     let alone = FacetedPart { occluders: Vec::new(), ..*part };
-    let left = add_facets(part, surface, &mut of_left, interrupt)?;
-    let all = add_facets(&alone, surface, &mut of_all, interrupt)?;
-    // A crescent thinner than the facets has no light by them.
+    let left = add_facets(part, surface, &mut unhidden_partials, interrupt)?;
+    let all = add_facets(&alone, surface, &mut all_partials, interrupt)?;
+    // The facets give no light for a crescent that is thinner than they are.
     let (share, scale) = if all > 0.0 { (left / all, unhidden / all) } else { (brightness / unhidden, 0.0) };
-    add(&of_ellipsoid, albedo * share);
-    add(&of_left, scale);
-    add(&of_all, -scale * share);
+    add(&ellipsoid_partials, albedo * share);
+    add(&unhidden_partials, scale);
+    add(&all_partials, -scale * share);
     Ok(brightness)
 }
 
@@ -129,15 +130,15 @@ fn add(partials: &mut Partials, mesh: &Mesh, rotation: &Mat3, growth: f64, by_ve
         force += derivative;
         torque += vertex.cross(derivative);
     }
-    let (position, pose) = &mesh.pose;
+    let (position, part_rotation) = &mesh.pose;
     partials.by_body[body].position += rotation * force / growth;
-    partials.by_body[body].rotation += pose * torque + position.cross(&(pose * force));
+    partials.by_body[body].rotation += part_rotation * torque + position.cross(&(part_rotation * force));
     if mesh.polyhedron.is_none() {
         // The vertices of an ellipsoid's facets stretch with its axes.
         let stretch = mesh.vertices.iter().zip(by_vertex).map(|(v, by)| v.component_mul(by)).sum::<Vec3>();
         partials.by_body[body].semi_axes += stretch.component_div(&mesh.semi_axes);
     }
     if let Some(sums) = partials.by_vertex.get_mut(body) {
-        sums.iter_mut().zip(by_vertex).for_each(|(sum, derivative)| *sum += pose * derivative);
+        sums.iter_mut().zip(by_vertex).for_each(|(sum, derivative)| *sum += part_rotation * derivative);
     }
 }

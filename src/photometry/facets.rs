@@ -4,7 +4,7 @@
 //! that is both visible and illuminated. A point is hidden along a direction d where the ray from it enters
 //! the facet's own polyhedron again, through a facet with n.d < 0, or leaves another part or body, through
 //! one with n.d > 0: parts may overlap, and a point within another one is hidden. The part of such a facet
-//! that lies in front of the first one's plane is projected along d, and taken from what is left of it.
+//! that lies in front of the first one's plane is projected along d and subtracted from it.
 //! Where facets of two parts lie in one plane, that of the part that comes first hides that of the other one,
 //! so that the common area counts once.
 //!
@@ -15,11 +15,11 @@
 //! those beside the cylinder around each other part, and those behind the ball within it.
 //!
 //! Where an ellipsoid hides light, it has the facets of a subdivided icosahedron, scaled so that for a sphere
-//! they have its area. Where light is hidden from an ellipsoid, its lune is divided into cells: what is left
-//! of them is the share that is left of the exact brightness. The errors fall with the square of the facets'
+//! they have its area. Where light is hidden from an ellipsoid, its lune is divided into cells, whose unhidden
+//! share multiplies the exact brightness. The errors fall with the square of the facets'
 //! size.
 
-use super::ellipsoid::{Lit, Placed};
+use super::ellipsoid::{EllipsoidPose, LitEllipsoid};
 use super::law::{Law, Scattering};
 use super::mesh::{Facet, Mesh, Precedence, SIDES};
 use super::region::{Line, Region};
@@ -29,9 +29,9 @@ use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Horizons;
 
-/// The number of facets that are computed between two interrupt checks, and units of work of each, and of one
-/// of which a part may be hidden.
+/// The number of facets between two interrupt checks.
 const GROUP: usize = 512;
+/// Units of work of a facet of which a part may be hidden.
 const WORK: u64 = 20;
 
 /// A part that may hide light from another one.
@@ -74,12 +74,12 @@ pub struct SurfaceLight<'a> {
 }
 
 impl SurfaceLight<'_> {
-    /// Returns the brightness of a facet per area at its cosines of emission and incidence; `aside` is the
-    /// component of its normal along e x s.
+    /// Returns the brightness of a facet per area at its cosines of emission and incidence; `out_of_plane` is
+    /// the component of its normal along e x s.
     #[inline]
-    pub fn per_area(&self, index: usize, [mu, mu0]: [f64; 2], aside: f64) -> f64 {
+    pub fn per_area(&self, index: usize, [mu, mu0]: [f64; 2], out_of_plane: f64) -> f64 {
         let albedo = self.albedo.get(index).unwrap_or(&self.albedo[0]);
-        mu * mu0 / (mu + mu0) * self.scattering.factor(mu, mu0, aside) * albedo
+        mu * mu0 / (mu + mu0) * self.scattering.factor(mu, mu0, out_of_plane) * albedo
     }
 
     /// Returns the brightness of a facet of a smooth surface per area, and its derivatives with respect to the
@@ -89,12 +89,12 @@ impl SurfaceLight<'_> {
         let albedo = self.albedo.get(index).unwrap_or(&self.albedo[0]);
         let [factor, by_mu, by_mu0, phase] =
             self.scattering.factor_with_partials(mu, mu0).map(|value| value * albedo);
-        let (plain, [share, share0]) = (mu * mu0 / (mu + mu0), [mu0, mu].map(|x| x / (mu + mu0)));
+        let (lommel_seeliger, [share, share0]) = (mu * mu0 / (mu + mu0), [mu0, mu].map(|x| x / (mu + mu0)));
         [
-            plain * factor,
-            share * share * factor + plain * by_mu,
-            share0 * share0 * factor + plain * by_mu0,
-            plain * phase,
+            lommel_seeliger * factor,
+            share * share * factor + lommel_seeliger * by_mu,
+            share0 * share0 * factor + lommel_seeliger * by_mu0,
+            lommel_seeliger * phase,
         ]
     }
 }
@@ -123,9 +123,9 @@ impl<'a> Occluder<'a> {
         Some(Self { mesh, light, position, rotation, growth, precedence, silhouette })
     }
 
-    /// Returns what the facets hide of a triangle, and sets the edges of the region; their lines are counted from
-    /// `line`.
-    fn hides(&self, triangle: &Facet, direction: &Vec3, line: Line, region: &mut Region) -> Hidden {
+    /// Returns which part of a triangle the facets hide, and sets the edges of the region to those of the silhouette
+    /// that cross the triangle; their lines are counted from `line`.
+    fn hidden_part(&self, triangle: &Facet, direction: &Vec3, line: Line, region: &mut Region) -> Hidden {
         let [a, b, c] = triangle.corners;
         let centre = (a + b + c) / 3.0;
         let radius = triangle.corners.iter().map(|v| (v - centre).norm_squared()).fold(0.0, f64::max).sqrt();
@@ -142,13 +142,13 @@ impl<'a> Occluder<'a> {
         match &self.silhouette {
             // The ball around the facets is in front of that around the triangle.
             Some(silhouette) if along > (1.0 + 1e-9) * (reach + radius) => {
-                silhouette.hides(triangle, triangle.normal.dot(direction), line, region)
+                silhouette.hidden_part(triangle, triangle.normal.dot(direction), line, region)
             }
             _ => Hidden::ByFacets,
         }
     }
 
-    /// Takes from a region of a triangle what the facets hide; their lines are counted from `line`.
+    /// Subtracts from a region of a triangle the part that the facets hide; their lines are counted from `line`.
     fn hide(&self, triangle: &Facet, direction: &Vec3, line: Line, region: &mut Region) {
         let back = |v: Vec3| self.rotation.tr_mul(&v);
         let corners = triangle.corners.map(|v| back(v - self.position) / self.growth);
@@ -158,9 +158,9 @@ impl<'a> Occluder<'a> {
 }
 
 impl<const L: usize> FacetedPart<'_, L> {
-    /// Sets the region to what is left of a triangle, a facet with this index or, without one, a cell.
-    /// Returns whether a part may be hidden: otherwise the region is not set.
-    pub fn leave(&self, triangle: &Facet, facet: Option<(usize, [f64; L])>, region: &mut Region) -> bool {
+    /// Sets the region to the part of a triangle that no occluder hides. The triangle is the facet with this index
+    /// or, without one, a cell. Returns whether a part of it may be hidden; otherwise the region is not set.
+    pub fn clip(&self, triangle: &Facet, facet: Option<(usize, [f64; L])>, region: &mut Region) -> bool {
         let mut partly = false;
         if let (Some(horizons), Some((index, cosines))) = (self.horizons, facet) {
             for (light, direction) in self.lights.iter().enumerate() {
@@ -183,7 +183,7 @@ impl<const L: usize> FacetedPart<'_, L> {
             let direction = &self.lights[occluder.light];
             let line = next_line;
             next_line += SIDES * occluder.mesh.facets.len() as Line;
-            let hidden = occluder.hides(triangle, direction, line, region);
+            let hidden = occluder.hidden_part(triangle, direction, line, region);
             if hidden == Hidden::Nothing {
                 continue;
             }
@@ -206,8 +206,8 @@ impl<const L: usize> FacetedPart<'_, L> {
     /// Returns the number of the first line of an occluder. The numbers after those of all occluders belong to
     /// the part itself, for each light.
     fn first_line(&self, occluder: usize) -> Line {
-        let earlier = self.occluders[..occluder.min(self.occluders.len())].iter();
-        let facets = earlier.map(|other| other.mesh.facets.len()).sum::<usize>()
+        let previous = self.occluders[..occluder.min(self.occluders.len())].iter();
+        let facets = previous.map(|other| other.mesh.facets.len()).sum::<usize>()
             + (occluder.saturating_sub(self.occluders.len())) * self.mesh.facets.len();
         3 + SIDES * facets as Line
     }
@@ -226,12 +226,12 @@ impl FacetedPart<'_> {
         }
         let [e, s] = &self.lights;
         let across = e.cross(s);
-        let (mut region, mut total, mut left) = (Region::default(), [0.0; W], GROUP);
+        let (mut region, mut total, mut remaining) = (Region::default(), [0.0; W], GROUP);
         for (index, facet) in self.mesh.facets.iter().enumerate() {
-            left -= 1;
-            if left == 0 {
+            remaining -= 1;
+            if remaining == 0 {
                 interrupt.charge(GROUP as u64, surface.time)?;
-                left = GROUP;
+                remaining = GROUP;
             }
             let mu = facet.normal.dot(e);
             if mu <= 0.0 {
@@ -242,7 +242,7 @@ impl FacetedPart<'_> {
                 continue;
             }
             let brightness = surface.per_area(index, [mu, mu0], across.dot(&facet.normal)) * facet.area;
-            let partly = self.leave(facet, Some((index, [mu, mu0])), &mut region);
+            let partly = self.clip(facet, Some((index, [mu, mu0])), &mut region);
             if partly {
                 interrupt.charge(WORK, surface.time)?;
             }
@@ -252,27 +252,27 @@ impl FacetedPart<'_> {
         Ok(total)
     }
 
-    /// Returns the light of an ellipsoid: the share of it that is left of its cells.
+    /// Returns the light of an ellipsoid: its exact brightness times the unhidden share of its cells.
     fn ellipsoid<const W: usize>(
         &self,
         surface: &SurfaceLight<'_>,
         interrupt: &mut InterruptCheck,
     ) -> Result<[f64; W]> {
-        let placed = Placed {
+        let pose = EllipsoidPose {
             body: 0,
             semi_axes: self.mesh.semi_axes,
             position: Vec3::zeros(),
             rotation: Mat3::identity(),
         };
-        let lit = Lit::new(&placed, surface.law, surface.time, self.lights, std::iter::empty());
-        let whole = lit.light::<W>(interrupt)?.map(|sum| surface.albedo[0] * sum);
+        let lit = LitEllipsoid::new(&pose, surface.law, surface.time, self.lights, std::iter::empty());
+        let unhidden = lit.light::<W>(interrupt)?.map(|sum| surface.albedo[0] * sum);
         if self.occluders.is_empty() {
-            return Ok(whole);
+            return Ok(unhidden);
         }
         let (mut region, mut all, mut left) = (Region::default(), [0.0; W], [0.0; W]);
         for (cell, brightness) in lit.cells() {
             interrupt.charge(WORK, surface.time)?;
-            let partly = self.leave(&cell, None, &mut region);
+            let partly = self.clip(&cell, None, &mut region);
             for (sums, region) in [(&mut all, None), (&mut left, partly.then_some(&region))] {
                 let shares = shares::<W>(&cell, region);
                 sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += brightness * share);
@@ -281,14 +281,14 @@ impl FacetedPart<'_> {
         if all[0] <= 0.0 {
             return Ok([0.0; W]);
         }
-        // The cells give the centre of what is left relative to that of the whole.
+        // The cells give the centre of the unhidden part relative to that of the ellipsoid without occluders.
         let share = left[0] / all[0];
-        let moved = |k: usize| whole[k] * share + whole[0] / all[0] * (left[k] - all[k] * share);
-        Ok(std::array::from_fn(|k| if k == 0 { whole[0] * share } else { moved(k) }))
+        let moment = |k: usize| unhidden[k] * share + unhidden[0] / all[0] * (left[k] - all[k] * share);
+        Ok(std::array::from_fn(|k| if k == 0 { unhidden[0] * share } else { moment(k) }))
     }
 }
 
-/// Returns the share that is left of a triangle, all of it without a region; if W is four, then the sums of it times
+/// Returns the share of a triangle within a region, all of it without a region; if W is four, then the sums of it times
 /// the coordinates.
 pub fn shares<const W: usize>(triangle: &Facet, region: Option<&Region>) -> [f64; W] {
     if W == 1 {

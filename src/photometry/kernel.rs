@@ -1,4 +1,4 @@
-//! Integrals along a parallel of what a law makes bright, and of its derivatives.
+//! Integrals of the brightness along a parallel of an ellipsoid's unit sphere, and their derivatives.
 
 use super::law::{Law, Scattering};
 use super::lune::{Longitude, Lune};
@@ -7,8 +7,9 @@ use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 
-/// Brightness, and its derivatives with respect to the components of p and of q along p + q, across it and
-/// along the pole, to the semi-axes through the cosines alone, and to the phase angle.
+/// The number of integrals with derivatives: the brightness, and its derivatives with respect to the components of p
+/// and of q along p + q, across it and along the pole, to the semi-axes through the cosines alone, and to the phase
+/// angle.
 pub const PARTIALS: usize = 11;
 
 /// The relative error of the brightness.
@@ -19,7 +20,7 @@ pub const PARTIAL_TOLERANCE: f64 = 1e-10;
 /// Units of work of an integral along a parallel.
 const NODES: u64 = 60;
 
-/// A law on an ellipsoid.
+/// The brightness of the surface elements of an ellipsoid by a scattering law.
 #[derive(Debug, Clone)]
 pub struct ScatteringKernel<'a> {
     pub lune: &'a Lune,
@@ -35,14 +36,14 @@ pub struct ScatteringKernel<'a> {
 }
 
 impl ScatteringKernel<'_> {
-    /// mu and mu0 at a point, and n = |A^-1 u|.
+    /// Returns mu and mu0 at a point, and n = |A^-1 u|.
     fn cosines(&self, u: &Vec3, sight: f64, light: f64) -> [f64; 3] {
         let n = u.component_div(self.semi_axes).norm();
         [sight / n, light / n, n]
     }
 
-    /// The component of the normal along e x s, for laws with edges: e x s = abc A^-1 (p x q).
-    fn aside(&self, l: Longitude, z: f64, rho: f64) -> f64 {
+    /// Returns the component of the normal along e x s, for laws with edges: e x s = abc A^-1 (p x q).
+    fn out_of_plane(&self, l: Longitude, z: f64, rho: f64) -> f64 {
         if !self.law.has_edges() {
             return 0.0;
         }
@@ -53,18 +54,18 @@ impl ScatteringKernel<'_> {
         self.semi_axes.product() * across.dot(&n) / n.norm()
     }
 
-    /// T at a longitude and height.
+    /// Returns T at a longitude and height.
     pub fn factor(&self, l: Longitude, z: f64, rho: f64) -> f64 {
         if let Some(constant) = self.law.constant() {
             return constant;
         }
         let [_, sight, light] = self.lune.kernel(l);
         let [mu, mu0, _] = self.cosines(&self.lune.point(l, z, rho), rho * sight, rho * light);
-        self.scattering.factor(mu, mu0, self.aside(l, z, rho))
+        self.scattering.factor(mu, mu0, self.out_of_plane(l, z, rho))
     }
 
-    /// The integral of the brightness between two longitudes of a parallel; if W is four, then those of it
-    /// times the components of u along p + q, across it and along the pole.
+    /// Returns the integral of the brightness between two longitudes of a parallel; if W is four, then also the
+    /// integrals of the brightness times the components of u along p + q, across it and along the pole.
     pub fn between<const W: usize>(
         &self,
         from: Longitude,
@@ -113,13 +114,13 @@ impl ScatteringKernel<'_> {
         (1..ends.len()).map(move |k| [ends[k - 1], ends[k]]).filter(|[low, high]| low < high)
     }
 
-    /// A^-2 k in the lune's frame.
+    /// Returns A^-2 k in the lune's frame.
     fn edge(&self) -> [f64; 3] {
         let pole = self.lune.frame[2].component_div(self.semi_axes).component_div(self.semi_axes);
         self.lune.frame.map(|axis| axis.dot(&pole))
     }
 
-    /// Heights between which the edge of a rough surface crosses each parallel twice.
+    /// Returns the heights between which the edge of a rough surface crosses each parallel twice.
     pub fn edge_heights(&self) -> Option<[f64; 2]> {
         self.law.has_edges().then(|| {
             let [across, along, up] = self.edge();
@@ -181,8 +182,8 @@ impl ScatteringKernel<'_> {
         Ok(total)
     }
 
-    /// A relative tolerance, of an integral along a parallel, that is not below the rounding of places on the
-    /// lune, which grows as it narrows.
+    /// Returns the relative tolerance of an integral along a parallel, raised above the rounding error of positions
+    /// on the lune, which grows as the lune narrows.
     fn above_rounding(&self, tolerance: f64) -> f64 {
         let Longitude { sin, cos } = self.lune.angle;
         // The formulas of a rough surface cancel where emission and incidence graze.
@@ -190,13 +191,13 @@ impl ScatteringKernel<'_> {
         tolerance + roundings * f64::EPSILON / sin.atan2(-cos)
     }
 
-    /// The tolerance of the brightness over a b c: the edges of a rough surface have ends, about which it is
-    /// no smooth function.
+    /// Returns the tolerance of the brightness over a b c. It is wide for a rough surface, whose edges have ends,
+    /// near which the brightness is not a smooth function.
     pub fn tolerance(&self) -> f64 {
         self.scale * self.above_rounding(if self.law.has_edges() { 1e-9 } else { TOLERANCE })
     }
 
-    /// The tolerances of [`Self::partials_between`].
+    /// Returns the tolerances of [`Self::partials_between`].
     pub fn tolerances(&self) -> [f64; PARTIALS] {
         let mut all = [self.above_rounding(PARTIAL_TOLERANCE) * self.scale; PARTIALS];
         all[0] = self.above_rounding(PARTIAL_TOLERANCE * 1e-2) * self.scale;

@@ -97,16 +97,18 @@ impl Law {
             Self::Hapke(hapke) => {
                 let [sin, cos] = [phase.sin(), phase.cos()];
                 let (b, tan) = (hapke.asymmetry, (0.5 * phase).tan());
-                let below = 1.0 + tan / hapke.opposition_width;
-                let surge = hapke.opposition_amplitude / below;
-                let surge_slope = -0.5 * surge / below / hapke.opposition_width * (1.0 + tan * tan);
+                let denominator = 1.0 + tan / hapke.opposition_width;
+                let surge = hapke.opposition_amplitude / denominator;
+                let surge_derivative =
+                    -0.5 * surge / denominator / hapke.opposition_width * (1.0 + tan * tan);
                 // The scattering angle is pi - g, so that positive asymmetry is forward.
                 let square = 1.0 + 2.0 * b * cos + b * b;
                 let single = (1.0 - b * b) / square.powf(1.5);
                 Scattering::Hapke {
                     hapke: *hapke,
                     single: (1.0 + surge) * single,
-                    single_slope: surge_slope * single + (1.0 + surge) * 3.0 * b * sin / square * single,
+                    single_derivative: surge_derivative * single
+                        + (1.0 + surge) * 3.0 * b * sin / square * single,
                     phase: [sin, cos],
                 }
             }
@@ -126,17 +128,17 @@ pub enum Scattering {
         /// The single-particle term (1 + B(g)) P(g).
         single: f64,
         /// The derivative of the single-particle term with respect to g.
-        single_slope: f64,
+        single_derivative: f64,
         /// The sine and cosine of g.
         phase: [f64; 2],
     },
 }
 
 impl Scattering {
-    /// Returns T(mu, mu0) at a point where the normal has the component `aside` along e x s, which matters
-    /// only to rough surfaces.
+    /// Returns T(mu, mu0) at a point where the normal has the component `out_of_plane` along e x s, which
+    /// matters only to rough surfaces.
     #[inline]
-    pub fn factor(&self, mu: f64, mu0: f64, aside: f64) -> f64 {
+    pub fn factor(&self, mu: f64, mu0: f64, out_of_plane: f64) -> f64 {
         match self {
             Self::Sum([first, second]) => first + second * (mu + mu0),
             Self::Hapke { hapke, single, phase, .. } => {
@@ -146,7 +148,7 @@ impl Scattering {
                 if hapke.roughness == 0.0 {
                     return inner(mu, mu0);
                 }
-                let psi = aside.abs().atan2(phase[1] - mu * mu0);
+                let psi = out_of_plane.abs().atan2(phase[1] - mu * mu0);
                 let [mu_e, mu0_e, shadowing] = hapke.rough(mu, mu0, psi);
                 // The rough surface has r = r(mu_e, mu0_e) S, of which T is the factor beside mu0 / (mu +
                 // mu0).
@@ -159,10 +161,11 @@ impl Scattering {
     pub fn factor_with_partials(&self, mu: f64, mu0: f64) -> [f64; 4] {
         match self {
             Self::Sum([first, second]) => [first + second * (mu + mu0), *second, *second, 0.0],
-            Self::Hapke { hapke, single, single_slope, .. } => {
-                let (factor, [h, slope], [h0, slope0]) =
+            Self::Hapke { hapke, single, single_derivative, .. } => {
+                let (factor, [h, derivative], [h0, derivative0]) =
                     (0.25 * hapke.single_scattering_albedo, hapke.h(mu), hapke.h(mu0));
-                [single + h * h0 - 1.0, slope * h0, h * slope0, *single_slope].map(|value| factor * value)
+                [single + h * h0 - 1.0, derivative * h0, h * derivative0, *single_derivative]
+                    .map(|value| factor * value)
             }
         }
     }
@@ -172,8 +175,8 @@ impl Hapke {
     /// Returns H(x) and its derivative.
     fn h(&self, x: f64) -> [f64; 2] {
         let root = (1.0 - self.single_scattering_albedo).sqrt();
-        let below = 1.0 / (1.0 + 2.0 * x * root);
-        [(1.0 + 2.0 * x) * below, 2.0 * (1.0 - root) * below * below]
+        let denominator = 1.0 / (1.0 + 2.0 * x * root);
+        [(1.0 + 2.0 * x) * denominator, 2.0 * (1.0 - root) * denominator * denominator]
     }
 
     /// Returns the effective cosines of emission and incidence and the shadowing function (Hapke 1984, Eqs.
@@ -202,14 +205,14 @@ impl Hapke {
         let share = |e1_large: f64, e1_small: f64| 2.0 - e1_large - phase_fraction * e1_small;
         let (mu_e, mu0_e, shadowing);
         if mu0 >= mu {
-            let below = share(e1_e, e1_i);
-            mu0_e = chi * (mu0 + sin_i * tan * (cos_psi * e2_e + half * e2_i) / below);
-            mu_e = chi * (mu + sin_e * tan * (e2_e - half * e2_i) / below);
+            let denominator = share(e1_e, e1_i);
+            mu0_e = chi * (mu0 + sin_i * tan * (cos_psi * e2_e + half * e2_i) / denominator);
+            mu_e = chi * (mu + sin_e * tan * (e2_e - half * e2_i) / denominator);
             shadowing = mu_e / eta_e * (mu0 / eta_i) * chi / (1.0 - f + f * chi * mu0 / eta_i);
         } else {
-            let below = share(e1_i, e1_e);
-            mu0_e = chi * (mu0 + sin_i * tan * (e2_i - half * e2_e) / below);
-            mu_e = chi * (mu + sin_e * tan * (cos_psi * e2_i + half * e2_e) / below);
+            let denominator = share(e1_i, e1_e);
+            mu0_e = chi * (mu0 + sin_i * tan * (e2_i - half * e2_e) / denominator);
+            mu_e = chi * (mu + sin_e * tan * (cos_psi * e2_i + half * e2_e) / denominator);
             shadowing = mu_e / eta_e * (mu0 / eta_i) * chi / (1.0 - f + f * chi * mu / eta_e);
         }
         [mu_e, mu0_e, shadowing]

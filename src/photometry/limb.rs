@@ -1,9 +1,10 @@
-//! The limb of a polyhedron: how far rays pass from it, and where they cross it.
+//! The limb of a polyhedron: the distances of rays from it, and the points at which moving rays cross it.
 //!
-//! A ray is given by a point w on it and its unit direction u, toward the light. It passes through the
-//! polyhedron where the silhouette along u winds about it. Its distance from the outline is that from the
-//! nearest edge that does not have the polyhedron on both sides. With the ends a and a + t of this edge, which runs counterclockwise, r = w - a and the outward
-//! normal n = (t x u)/|t x u|, the distance is n.r, and its derivatives with respect to w and u are
+//! A ray is given by a point w on it and its unit direction u, toward the light. It passes through the polyhedron
+//! where the silhouette along u winds about it. Its distance from the outline is that from the nearest edge that
+//! does not have the polyhedron on both sides. With the ends a and a + t of this edge, which runs counterclockwise,
+//! r = w - a and the outward normal n = (t x u)/|t x u|, the distance is n.r, and its derivatives with respect to w
+//! and u are
 //!
 //!   n   and   (r - (n.r) n) x t/|t x u|.
 //!
@@ -45,16 +46,18 @@ impl Limb {
         Self { mesh: Mesh::new([0, 0], &part).expect("a polyhedron has a surface") }
     }
 
+    /// Returns the silhouette of the polyhedron along a direction.
     fn silhouette(&self, direction: &Vec3) -> Silhouette {
         Silhouette::new(&self.mesh, (&Vec3::zeros(), &Mat3::identity()), 1.0, direction)
     }
 
+    /// Returns the ends of an edge of the silhouette.
     fn ends(&self, line: Line) -> [Vec3; 2] {
         let (face, k) = (self.mesh.faces[(line / SIDES) as usize], (line % SIDES) as usize);
         [face[k], face[(k + 1) % 3]].map(|vertex| self.mesh.vertices[vertex as usize])
     }
 
-    /// Counts the work of a ray.
+    /// Counts the work of a ray, and checks for an interrupt.
     fn charge(&self, interrupt: &mut InterruptCheck) -> Result<()> {
         interrupt.charge(WORK * self.mesh.facets.len() as u64, 0.0)
     }
@@ -69,22 +72,22 @@ impl Limb {
         directions: &[Vec3],
         interrupt: &mut InterruptCheck,
     ) -> Result<Vec<LimbDistance>> {
-        let mut last: Option<(Vec3, Silhouette)> = None;
+        let mut cached: Option<(Vec3, Silhouette)> = None;
         let rays = points.iter().zip(directions);
         rays.map(|(point, direction)| {
             self.charge(interrupt)?;
-            let (_, silhouette) = match last.take() {
-                Some(previous) if previous.0 == *direction => last.insert(previous),
-                _ => last.insert((*direction, self.silhouette(direction))),
+            let (_, silhouette) = match cached.take() {
+                Some(previous) if previous.0 == *direction => cached.insert(previous),
+                _ => cached.insert((*direction, self.silhouette(direction))),
             };
             let nearest = silhouette.nearest(point);
-            Ok(along_edge(self.ends(nearest.line), nearest.share, nearest.inside, point, direction))
+            Ok(along_edge(self.ends(nearest.line), nearest.fraction, nearest.inside, point, direction))
         })
         .collect()
     }
 
-    /// Returns the shares, from 0 to 1, of displacements of rays at which they cross the edges of the limb that
-    /// is seen along their directions, with the index of each ray; those of a ray are in their order.
+    /// Returns the fractions, from 0 to 1, of the displacements of rays at which they cross edges of the limb that is
+    /// seen along their directions, with the index of each fraction's ray. The fractions of a ray increase.
     ///
     /// # Errors
     /// [`Error::Interrupted`](crate::error::Error::Interrupted).
@@ -92,37 +95,40 @@ impl Limb {
         &self,
         points: &[Vec3],
         directions: &[Vec3],
-        ways: &[Vec3],
+        displacements: &[Vec3],
         interrupt: &mut InterruptCheck,
     ) -> Result<(Vec<usize>, Vec<f64>)> {
-        let (mut rays, mut shares) = (Vec::new(), Vec::new());
-        for (ray, ((point, direction), way)) in points.iter().zip(directions).zip(ways).enumerate() {
+        let (mut rays, mut fractions) = (Vec::new(), Vec::new());
+        for (ray, ((point, direction), displacement)) in
+            points.iter().zip(directions).zip(displacements).enumerate()
+        {
             self.charge(interrupt)?;
-            let mut crossed = self.silhouette(direction).crossings(point, way);
+            let mut crossed = self.silhouette(direction).crossings(point, displacement);
             crossed.sort_unstable_by(f64::total_cmp);
             rays.extend(crossed.iter().map(|_| ray));
-            shares.extend(crossed);
+            fractions.extend(crossed);
         }
-        Ok((rays, shares))
+        Ok((rays, fractions))
     }
 
     /// Returns the ends of the edges of the limb that is seen along a direction, counterclockwise about the faces
-    /// that are turned to it.
+    /// that face it.
     pub fn edges(&self, direction: &Vec3) -> Vec<[Vec3; 2]> {
         self.silhouette(direction).lines().map(|line| self.ends(line)).collect()
     }
 }
 
-/// The distance of a ray from an edge whose nearest point is at this share of it, negative for a ray inside.
+/// Returns the distance of a ray from an edge whose nearest point is at this fraction of it, negative for a ray
+/// inside.
 fn along_edge(
     [from, to]: [Vec3; 2],
-    share: f64,
+    fraction: f64,
     inside: bool,
     point: &Vec3,
     direction: &Vec3,
 ) -> LimbDistance {
-    if share == 0.0 || share == 1.0 {
-        let from_end = point - if share == 0.0 { from } else { to };
+    if fraction == 0.0 || fraction == 1.0 {
+        let from_end = point - if fraction == 0.0 { from } else { to };
         let depth = from_end.dot(direction);
         let across = from_end - direction * depth;
         let distance = across.norm();

@@ -79,10 +79,10 @@ impl Lune {
         let (along, aside) = (lengths[0] + lengths[1] * angle.cos, lengths[1] * angle.sin);
         // Rounding may leave nothing of the sum of opposite vectors; the lune is then empty.
         let sum = (along * along + aside * aside).sqrt().max(f64::MIN_POSITIVE);
-        let share = 1.0 / sum;
-        let middle = Longitude { sin: aside * share, cos: along * share };
+        let inverse = 1.0 / sum;
+        let middle = Longitude { sin: aside * inverse, cos: along * inverse };
         let aside = lengths[0] * angle.sin;
-        let gamma = Longitude { sin: aside * share, cos: (lengths[1] + lengths[0] * angle.cos) * share };
+        let gamma = Longitude { sin: aside * inverse, cos: (lengths[1] + lengths[0] * angle.cos) * inverse };
         Self { frame: [first, second, pole], lengths, angle, middle, gamma, sum }
     }
 
@@ -96,7 +96,7 @@ impl Lune {
         Longitude { sin: -self.angle.cos, cos: self.angle.sin }
     }
 
-    /// Returns whether nothing is both visible and illuminated, since the Sun is right behind.
+    /// Returns whether nothing is both visible and illuminated, since the Sun is exactly behind the ellipsoid.
     pub fn is_empty(&self) -> bool {
         self.angle.sin == 0.0 && self.angle.cos < 0.0
     }
@@ -124,19 +124,19 @@ impl Lune {
     pub fn shares(&self, l: Longitude) -> [f64; 2] {
         let sight = self.lengths[0] * l.cos;
         let light = self.lengths[1] * (l.cos * self.angle.cos + l.sin * self.angle.sin).max(0.0);
-        let both = sight + light;
-        if both > 0.0 { [light / both, sight / both] } else { [0.5, 0.5] }
+        let total = sight + light;
+        if total > 0.0 { [light / total, sight / total] } else { [0.5, 0.5] }
     }
 
     /// Returns g at a longitude, with P / rho and Q / rho.
     pub fn kernel(&self, l: Longitude) -> [f64; 3] {
         let sight = self.lengths[0] * l.cos;
         let light = self.lengths[1] * (l.cos * self.angle.cos + l.sin * self.angle.sin).max(0.0);
-        let both = sight + light;
-        [if both > 0.0 { sight * light / both } else { 0.0 }, sight, light]
+        let total = sight + light;
+        [if total > 0.0 { sight * light / total } else { 0.0 }, sight, light]
     }
 
-    /// The integral of g over the intervals of a parallel.
+    /// Returns the integral of g over the intervals of a parallel.
     #[inline]
     pub fn integral(&self, intervals: &Intervals) -> f64 {
         let log = (intervals.growth / intervals.decay).ln();
@@ -148,7 +148,7 @@ impl Lune {
     #[inline]
     pub fn extend(&self, intervals: &mut Intervals, from: Longitude, to: Longitude) {
         let unweighted = |l: Longitude| l.sin * self.gamma.cos - l.cos * self.gamma.sin;
-        // exp G(y) = (1 + sin y) / cos y = cos y / (1 - sin y), whichever has no cancellation.
+        // exp G(y) = (1 + sin y) / cos y = cos y / (1 - sin y): the form without cancellation is used.
         let growth = |l: Longitude| {
             let y = self.relative_to_middle(l);
             if y.sin >= 0.0 { (1.0 + y.sin, y.cos) } else { (y.cos, 1.0 - y.sin) }
@@ -200,7 +200,7 @@ impl Lune {
         let y = self.relative_to_middle(l);
         let (angle, log) = (y.sin.atan2(y.cos), -y.cos.ln());
         let (secant, gd) = (1.0 / y.cos, inverse_gudermannian(y));
-        let of = |length: f64, cos: f64, sin: f64| {
+        let antiderivatives = |length: f64, cos: f64, sin: f64| {
             let (cc, cs, ss) = (cos * cos, 2.0 * cos * sin, sin * sin);
             let factor = (length / self.sum).powi(2);
             [
@@ -210,8 +210,8 @@ impl Lune {
             ]
         };
         [
-            of(self.lengths[1], self.gamma.cos, self.gamma.sin),
-            of(self.lengths[0], self.middle.cos, -self.middle.sin),
+            antiderivatives(self.lengths[1], self.gamma.cos, self.gamma.sin),
+            antiderivatives(self.lengths[0], self.middle.cos, -self.middle.sin),
         ]
     }
 

@@ -1,4 +1,4 @@
-//! The facets of one part of a body, and what they hide of a triangle.
+//! The facets of one part of a body, and the part of a triangle that they hide.
 
 use super::region::{Corner, Line, Region};
 use crate::error::Result;
@@ -17,8 +17,7 @@ const LEVEL: f64 = 1e-10;
 /// Likewise for facets of one polyhedron, whose common corners are the same numbers.
 const LEVEL_IN_POLYHEDRON: f64 = 1e-12;
 
-/// The part of a line's number that tells a side of its facet; the last one is where its plane meets that of
-/// the triangle.
+/// The number of lines of a facet: its three sides, and the line in which its plane meets that of the triangle.
 pub const SIDES: u32 = 4;
 
 /// How facets that hide a triangle belong to parts. Where a facet and a triangle of two parts lie in one plane, one of them
@@ -48,14 +47,14 @@ impl Facet {
         Self { corners, normal: across / size, area: 0.5 * size }
     }
 
-    /// The length of the longer one of the first two sides.
+    /// Returns the length of the longer one of the first two sides.
     fn size(&self) -> f64 {
         let [a, b, c] = &self.corners;
         (b - a).norm().max((c - a).norm())
     }
 
-    /// Returns the rows that give of a point's difference from the first corner its shares of the first two
-    /// sides, as seen along a direction, and its distance along that direction.
+    /// Returns three vectors whose products with a point's difference from the first corner are the point's coordinates
+    /// in shares of the first two sides, as seen along a direction, and its height over the facet along that direction.
     pub fn rows(&self, direction: &Vec3) -> [Vec3; 3] {
         let [a, b, c] = self.corners;
         let along = self.normal.dot(direction);
@@ -63,9 +62,9 @@ impl Facet {
         [(c - a).cross(direction) * across, direction.cross(&(b - a)) * across, self.normal / along]
     }
 
-    /// Whether two facets lie in one plane and face the same side: all corners of the smaller one are in the
+    /// Returns whether two facets lie in one plane and face the same side: all corners of the smaller one are in the
     /// plane of the larger one.
-    fn is_level_with(&self, other: &Self) -> bool {
+    fn is_coplanar_with(&self, other: &Self) -> bool {
         let (large, small) = if self.area >= other.area { (self, other) } else { (other, self) };
         let level = LEVEL * large.size();
         large.normal.dot(&small.normal) > 0.0
@@ -110,7 +109,7 @@ impl Mesh {
         };
         let facets: Vec<_> =
             faces.iter().map(|face| Facet::new(face.map(|v| vertices[v as usize]))).collect();
-        let reach = faces.iter().flatten().map(|&v| vertices[v as usize].norm()).fold(0.0, f64::max);
+        let circumradius = faces.iter().flatten().map(|&v| vertices[v as usize].norm()).fold(0.0, f64::max);
         // If the origin is below all planes, no facet reaches the ball that touches the nearest one.
         let heights = facets.iter().map(|facet| facet.normal.dot(&facet.corners[0]));
         let within = heights.fold(f64::INFINITY, f64::min).max(0.0);
@@ -121,7 +120,7 @@ impl Mesh {
         }
         sides.sort_unstable();
         let edges = sides.chunks_exact(2).map(|pair| [pair[0].1, pair[1].1]).collect();
-        let blocks: Vec<_> = facets.iter().map(|facet| BoundingBox::of(&facet.corners)).collect();
+        let blocks: Vec<_> = facets.iter().map(|facet| BoundingBox::around(&facet.corners)).collect();
         Some(Self {
             indices,
             pose: (part.position(), part.rotation()),
@@ -134,7 +133,7 @@ impl Mesh {
                 _ => None,
             },
             semi_axes,
-            radii: [reach, within],
+            radii: [circumradius, within],
             tree: Tree::new(&blocks),
         })
     }
@@ -144,7 +143,7 @@ impl Mesh {
         self.polyhedron.as_ref().map_or(Ok(None), |polyhedron| polyhedron.horizons(interrupt))
     }
 
-    /// Takes from a region of a triangle what the facets hide along a direction, all in the part's frame. The line
+    /// Subtracts from a region of a triangle the part that facets hide along a direction, all in the part's frame. The line
     /// of a side is `line` and [`SIDES`] times the facet's index. Without candidates all facets are searched.
     pub fn hide(
         &self,
@@ -160,12 +159,12 @@ impl Mesh {
         let scale = triangle.size() / triangle.normal.dot(direction);
         let is_other_part = precedence != Precedence::SamePart;
         // Points that are above the plane only by rounding are not in front of it.
-        let (level, cut) = if is_other_part {
+        let (level, clip_height) = if is_other_part {
             [LEVEL * scale; 2].into()
         } else {
             (LEVEL_IN_POLYHEDRON * scale, -LEVEL_IN_POLYHEDRON * scale)
         };
-        // A facet in the plane of a triangle is level with it in sizes of the larger one.
+        // The test for coplanar facets is relative to the size of the larger one.
         let margin = if is_other_part { 1e4 * level } else { -level };
         let third = -(rows[0] + rows[1]);
         let bounds = [(rows[0], 0.0), (rows[1], 0.0), (third, 1.0), (rows[2], margin)]
@@ -185,25 +184,25 @@ impl Mesh {
             if (facet.normal.dot(direction) > 0.0) != is_other_part {
                 return ControlFlow::Continue(());
             }
-            let (mut seen, mut most) = ([[0.0; 3]; 3], [f64::NEG_INFINITY; 4]);
-            for (at, v) in seen.iter_mut().zip(&facet.corners) {
+            let (mut projected, mut largest) = ([[0.0; 3]; 3], [f64::NEG_INFINITY; 4]);
+            for (at, v) in projected.iter_mut().zip(&facet.corners) {
                 let from = v - a;
                 *at = [rows[0].dot(&from), rows[1].dot(&from), rows[2].dot(&from)];
                 let beyond = [at[0], at[1], 1.0 - at[0] - at[1], at[2]];
-                most.iter_mut().zip(beyond).for_each(|(most, value)| *most = most.max(value));
+                largest.iter_mut().zip(beyond).for_each(|(largest, value)| *largest = largest.max(value));
             }
-            if most[..3].iter().any(|most| *most <= 0.0) {
+            if largest[..3].iter().any(|largest| *largest <= 0.0) {
                 return ControlFlow::Continue(());
             }
-            let (mut level, mut cut) = (level, cut);
-            if is_other_part && triangle.is_level_with(facet) {
+            let (mut level, mut clip_height) = (level, clip_height);
+            if is_other_part && triangle.is_coplanar_with(facet) {
                 if precedence == Precedence::After {
                     return ControlFlow::Continue(());
                 }
-                (level, cut) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+                (level, clip_height) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
             }
-            if most[3] > level {
-                let (mut polygon, count) = above(&seen, cut, line + SIDES * index);
+            if largest[3] > level {
+                let (mut polygon, count) = above(&projected, clip_height, line + SIDES * index);
                 region.subtract(&mut polygon[..count]);
                 if region.is_empty() {
                     return ControlFlow::Break(());
@@ -218,10 +217,10 @@ impl Mesh {
     }
 }
 
-/// Returns the part of a triangle above a height, the third coordinate, and the number of its corners. Its
-/// lines are counted from `line`.
+/// Returns the part of a triangle whose third coordinate is above a height, and the number of its corners. Its lines
+/// are counted from `line`.
 #[inline]
-fn above(seen: &[[f64; 3]; 3], height: f64, line: Line) -> ([Corner; 4], usize) {
+fn above(projected: &[[f64; 3]; 3], height: f64, line: Line) -> ([Corner; 4], usize) {
     let mut polygon = [Corner { at: [0.0; 2], line }; 4];
     let mut count = 0;
     let mut push = |at: [f64; 2], line: Line| {
@@ -229,15 +228,15 @@ fn above(seen: &[[f64; 3]; 3], height: f64, line: Line) -> ([Corner; 4], usize) 
         count += 1;
     };
     for k in 0..3 {
-        let [here, next] = [seen[k], seen[(k + 1) % 3]];
-        let [over, over_next] = [here, next].map(|v| v[2] - height);
-        if over > 0.0 {
-            push([here[0], here[1]], line + k as u32);
+        let [corner, next] = [projected[k], projected[(k + 1) % 3]];
+        let [height_over, next_height] = [corner, next].map(|v| v[2] - height);
+        if height_over > 0.0 {
+            push([corner[0], corner[1]], line + k as u32);
         }
-        if (over > 0.0) != (over_next > 0.0) {
-            let share = over / (over - over_next);
-            let at = [0, 1].map(|i| here[i] + share * (next[i] - here[i]));
-            push(at, line + if over > 0.0 { SIDES - 1 } else { k as u32 });
+        if (height_over > 0.0) != (next_height > 0.0) {
+            let share = height_over / (height_over - next_height);
+            let at = [0, 1].map(|i| corner[i] + share * (next[i] - corner[i]));
+            push(at, line + if height_over > 0.0 { SIDES - 1 } else { k as u32 });
         }
     }
     (polygon, count)

@@ -3,7 +3,7 @@
 //! What an ellipsoid hides along a direction d lies in its cylinder along d. In the sphere's coordinates u =
 //! A^-1 x the cylinder runs along A^-1 d, which is p or q, and its section is an ellipse in the plane across
 //! that. The plane's coordinates are z = u.k, the height above the lune's equator, which p and q share, and x
-//! across. With the rows r_x and r_z of the map from space to the plane, D the vector between the centres and
+//! across it. With the rows r_x and r_z of the map from space to the plane, D the vector between the centres and
 //! Q = R diag(a^2) R^T of the hiding ellipsoid, the ellipse has its centre at (r_x.D, r_z.D) and the
 //! covariance r_i.Q r_j. At a height z it covers one interval of x, and x = rho sin(l') with l' the longitude
 //! from p or q.
@@ -29,7 +29,7 @@ pub enum Light {
 
 /// An ellipsoid that hides light from another one.
 #[derive(Debug, Clone)]
-pub struct Hiding {
+pub struct HidingEllipsoid {
     /// The light that it hides.
     pub light: Light,
     /// Semi-axes.
@@ -38,15 +38,15 @@ pub struct Hiding {
     pub rotation: Mat3,
     /// Its centre in that frame.
     pub centre: Vec3,
-    /// The level of its cylinder at the other ellipsoid's centre: see [`level`].
+    /// The level of its cylinder at the other ellipsoid's centre: see [`cylinder_level`].
     pub level: f64,
-    /// Its place in the list of bodies.
+    /// The index of its body.
     pub body: usize,
 }
 
-/// The level of an ellipsoid's cylinder along a light at a point: zero on its surface and -1 on its axis. The
-/// centre is relative to that point.
-pub fn level(centre: [Compensated; 3], semi_axes: &Vec3, rotation: &Mat3, light: &Vec3) -> f64 {
+/// Returns the level of an ellipsoid's cylinder along a light at a point: zero on its surface and -1 on its axis.
+/// The centre is relative to that point.
+pub fn cylinder_level(centre: [Compensated; 3], semi_axes: &Vec3, rotation: &Mat3, light: &Vec3) -> f64 {
     // With D to the centre, c = R^T (D x d) and w = R^T d the level is |A c|^2 / |det(A) A^-1 w|^2 - 1.
     let zero = Compensated::default();
     let light = [0, 1, 2].map(|i| Compensated::new(light[i]));
@@ -67,7 +67,7 @@ pub fn level(centre: [Compensated; 3], semi_axes: &Vec3, rotation: &Mat3, light:
     outer.plus(minus(inner)).value() / inner.value()
 }
 
-/// The outline in the plane across the light.
+/// The outline of an ellipsoid in the plane across the light.
 #[derive(Debug, Clone)]
 pub struct Outline {
     /// The light that is hidden.
@@ -87,7 +87,7 @@ pub struct Outline {
     tangents: [Vec3; 2],
 }
 
-/// Where an outline crosses a parallel.
+/// A point at which an outline crosses a parallel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
     /// The point of the unit sphere of the hiding ellipsoid at which the ray is tangent to it.
@@ -98,8 +98,8 @@ pub struct Crossing {
 }
 
 impl Outline {
-    /// The outline that an ellipsoid casts on one of these semi-axes, whose lune this is.
-    pub fn new(lune: &Lune, semi_axes: &Vec3, hiding: &Hiding) -> Self {
+    /// Computes the outline that an ellipsoid casts on another one, which has this lune and these semi-axes.
+    pub fn new(lune: &Lune, semi_axes: &Vec3, hiding: &HidingEllipsoid) -> Self {
         let [first, second, pole] = &lune.frame;
         let across = match hiding.light {
             Light::Sight => *second,
@@ -136,20 +136,20 @@ impl Outline {
         }
     }
 
-    /// Whether no point of the lune's sphere can lie within the outline.
-    pub fn misses(&self) -> bool {
+    /// Returns whether no point of the lune's sphere can lie within the outline.
+    pub fn is_beside_sphere(&self) -> bool {
         let [x, z] = self.centre;
         let reach = 1.0 + (self.half[0] + (self.slope * self.half[1]).abs()).hypot(self.half[1]);
         x * x + z * z > reach * reach
     }
 
-    /// Whether the outline reaches over parallels between two heights.
-    pub fn reaches(&self, low: f64, high: f64) -> bool {
+    /// Returns whether the outline covers points of parallels between two heights.
+    pub fn meets_parallels(&self, low: f64, high: f64) -> bool {
         self.tips[0] < high && self.tips[1] > low
     }
 
-    /// The middle of the outline on the parallel at z, and half its width there; `None` if it does not reach
-    /// over it.
+    /// Returns the middle of the outline on the parallel at z and half its width on it; `None` if the outline does
+    /// not extend to this height.
     #[inline]
     fn span(&self, z: f64) -> Option<[f64; 2]> {
         let square = (z - self.tips[0]) * (self.tips[1] - z);
@@ -159,7 +159,7 @@ impl Outline {
         })
     }
 
-    /// The least and the largest x of the outline on the parallel at z.
+    /// Returns the least and the largest x of the outline on the parallel at z.
     #[inline]
     fn ends(&self, z: f64) -> Option<[f64; 2]> {
         let [middle, width] = self.span(z)?;
@@ -173,8 +173,8 @@ impl Outline {
         Some(ends)
     }
 
-    /// The interval of longitudes of the lune that the outline covers on a parallel. The flags tell which
-    /// ends are the outline's, rather than the lune's.
+    /// Returns the interval of longitudes of the lune that the outline covers on a parallel. The flags tell which
+    /// ends are those of the outline; the others are those of the lune.
     #[inline(always)]
     pub fn covers(&self, lune: &Lune, z: f64, rho: f64) -> Option<[(Longitude, bool); 2]> {
         let ends = self.ends(z)?.map(|x| x / rho);
@@ -197,14 +197,14 @@ impl Outline {
         Some([start, end])
     }
 
-    /// Whether a point of the outline's plane is over the lune, or may be by rounding.
-    fn within(&self, lune: &Lune, x: f64, z: f64) -> bool {
+    /// Returns whether a point of the outline's plane is over the lune within rounding.
+    fn is_over_lune(&self, lune: &Lune, x: f64, z: f64) -> bool {
         let rho = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt() + ROUNDING;
         let [low, high] = self.edges(lune);
         x >= rho * low - ROUNDING && x <= rho * high + ROUNDING
     }
 
-    /// The least and the largest x / rho on the lune.
+    /// Returns the least and the largest x / rho on the lune.
     fn edges(&self, lune: &Lune) -> [f64; 2] {
         match self.light {
             Light::Sight => [-lune.angle.cos, 1.0],
@@ -212,8 +212,8 @@ impl Outline {
         }
     }
 
-    /// How the outline crosses the parallel at z, at the lower end of the covered interval or at the upper
-    /// one.
+    /// Returns the crossing of the outline with the parallel at z, at the upper or the lower end of the covered
+    /// interval.
     pub fn crossing(&self, z: f64, upper: bool) -> Option<Crossing> {
         let [_, width] = self.span(z)?;
         let [sin, cos] = [(z - self.centre[1]) / self.half[1], width / self.half[0]];
@@ -222,11 +222,11 @@ impl Outline {
         Some(Crossing { tangent, shift: self.half[0] / cos })
     }
 
-    /// Adds the heights at which the part of the lune that the outline covers changes its kind: where the
-    /// outline begins and ends, and where it crosses the limb and the terminator.
+    /// Appends the heights at which the covered part of the parallels is not a smooth function: where the outline
+    /// begins and ends, and where it crosses the limb and the terminator.
     pub fn breaks(&self, lune: &Lune, out: &mut Vec<f64>) {
         let tips = self.tips.map(|z| [self.centre[0] + self.slope * (z - self.centre[1]), z]);
-        out.extend(tips.iter().filter(|[x, z]| self.within(lune, *x, *z)).map(|[_, z]| z));
+        out.extend(tips.iter().filter(|[x, z]| self.is_over_lune(lune, *x, *z)).map(|[_, z]| z));
         // x = rho where the hidden light grazes, up to the sign, and x^2 = (1 - z^2) cos^2 A where the other
         // one does.
         let edge_of_light = match self.light {
@@ -234,15 +234,17 @@ impl Outline {
             Light::Sun => -1.0,
         };
         for edge in [edge_of_light, -edge_of_light * lune.angle.cos] {
-            for side in Half::both(self) {
-                let level = side.x.squared() + (side.z.squared() - side.one.squared()) * (edge * edge);
-                side.roots(&level, |x, z| x * edge > -ROUNDING && self.within(lune, x, z), out);
+            for side in Half::pair(self) {
+                let level =
+                    side.x.squared() + (side.z.squared() - side.denominator.squared()) * (edge * edge);
+                side.roots(&level, |x, z| x * edge > -ROUNDING && self.is_over_lune(lune, x, z), out);
             }
         }
     }
 
-    /// The point of a large outline next to the sphere's centre, about, and the conjugate half axes to it and
-    /// across; `None` where the line down the slope of the level does not meet the outline.
+    /// Returns, approximately, the point of a large outline that is nearest to the sphere's centre, and the conjugate
+    /// half axes toward it and across it; `None` where the line along the gradient of the level does not meet the
+    /// outline.
     fn nearest(&self) -> Option<([f64; 2], [f64; 2], [f64; 2])> {
         let [p, q, r] = self.product?;
         let ([cx, cz], [width, height], slope) = (self.centre, self.half, self.slope);
@@ -250,56 +252,55 @@ impl Outline {
         let down = [2.0 * (cx - slope * cz), -q];
         let steepness = down[0] * down[0] + down[1] * down[1];
         let root = (steepness * steepness - 4.0 * p * square(down[0], down[1])).sqrt();
-        let way = 2.0 * p / (steepness + root);
-        let [x, z] = down.map(|d| d * way);
+        let step = 2.0 * p / (steepness + root);
+        let [x, z] = down.map(|d| d * step);
         // The level does not change along the tangent.
         let tangent = [2.0 * slope * x - q - 2.0 * r * z, 2.0 * (x - cx - slope * (z - cz))];
         let size = square(tangent[0], tangent[1]).sqrt() / width;
-        way.is_finite().then(|| ([x, z], [x - cx, z - cz], tangent.map(|t| t / size)))
+        step.is_finite().then(|| ([x, z], [x - cx, z - cz], tangent.map(|t| t / size)))
     }
 
-    /// x^2 - 2 m(z) x + P(z) and its derivative by x.
-    fn level(&self, x: &Polynomial, z: &Polynomial, one: &Polynomial) -> [Polynomial; 2] {
+    /// Returns x^2 - 2 m(z) x + P(z) and its derivative with respect to x.
+    fn level(&self, x: &Polynomial, z: &Polynomial, denominator: &Polynomial) -> [Polynomial; 2] {
         let [cx, cz] = self.centre;
-        let above = *z - *one * cz;
-        let aside = *x - *one * cx - above * self.slope;
+        let above = *z - *denominator * cz;
+        let aside = *x - *denominator * cx - above * self.slope;
         let level = match self.product {
             Some([p, q, r]) => {
-                let rest = one.squared() * p + z.times(one) * q + z.squared() * r;
+                let product = denominator.squared() * p + z.times(denominator) * q + z.squared() * r;
                 // x (x - 2 m), with x - m aside.
-                x.times(&(aside * 2.0 - *x)) + rest
+                x.times(&(aside * 2.0 - *x)) + product
             }
             None => {
                 let ratio = self.half[0] / self.half[1];
-                let below = above.squared() - one.squared() * self.half[1].powi(2);
+                let below = above.squared() - denominator.squared() * self.half[1].powi(2);
                 aside.squared() + below * (ratio * ratio)
             }
         };
         [level, aside * 2.0]
     }
 
-    /// Adds the heights at which this outline crosses another one; some may lie on the far side of the
-    /// sphere.
+    /// Appends the heights at which this outline crosses another one; some may lie on the far side of the sphere.
     pub fn crossings(&self, other: &Self, lune: &Lune, out: &mut Vec<f64>) {
-        // The other outline's x is x cos(turn) + w sin(turn) with w the height of this one's plane.
+        // The other outline's x is x cos A + w sin A with A the angle between the lights and w along this one's light.
         let (cos, sin) = match (self.light, other.light) {
             (Light::Sight, Light::Sun) => (lune.angle.cos, -lune.angle.sin),
             (Light::Sun, Light::Sight) => (lune.angle.cos, lune.angle.sin),
             _ => (1.0, 0.0),
         };
-        for side in Half::both(self) {
-            // With w^2 = 1 - x^2 - z^2 the other one's level is even + w odd.
-            let w = side.one.squared() - side.x.squared() - side.z.squared();
-            let [level, odd] = other.level(&(side.x * cos), &side.z, &side.one);
+        for side in Half::pair(self) {
+            // With w^2 = 1 - x^2 - z^2 the level of the other outline is even + w odd.
+            let w = side.denominator.squared() - side.x.squared() - side.z.squared();
+            let [level, odd] = other.level(&(side.x * cos), &side.z, &side.denominator);
             let even = level + w * (sin * sin);
             let level = if sin == 0.0 { even } else { even.squared() - w.times(&(odd * sin).squared()) };
-            side.roots(&level, |x, z| self.within(lune, x, z), out);
+            side.roots(&level, |x, z| self.is_over_lune(lune, x, z), out);
         }
     }
 }
 
-/// The error that a coordinate of a root may have. It is generous, since a height that is kept in error only
-/// costs time, while one that is missed would cost accuracy.
+/// The error that a coordinate of a root may have. It is generous, since a superfluous height only costs time,
+/// while a missing one would cost accuracy.
 const ROUNDING: f64 = 1e-6;
 
 /// Half of an outline, from -90 to 90 degrees about one of its points, or its part over the sphere if it is
@@ -308,30 +309,34 @@ const ROUNDING: f64 = 1e-6;
 struct Half {
     x: Polynomial,
     z: Polynomial,
-    one: Polynomial,
+    denominator: Polynomial,
 }
 
 impl Half {
-    fn both(outline: &Outline) -> [Self; 2] {
+    fn pair(outline: &Outline) -> [Self; 2] {
         let [cx, cz] = outline.centre;
         let [width, height] = outline.half;
         // With conjugate half axes u and v the outline is C + u cos + v sin.
         let upright = ([cx + width, cz], [width, 0.0], [outline.slope * height, height]);
         let near = outline.nearest();
         let (start, u, v) = near.unwrap_or(upright);
-        let share = if near.is_some() { (8.0 / v[0].hypot(v[1])).min(1.0) } else { 1.0 };
+        let scale = if near.is_some() { (8.0 / v[0].hypot(v[1])).min(1.0) } else { 1.0 };
         [(start, 1.0), ([cx - u[0], cz - u[1]], -1.0)].map(|(start, side)| {
-            let of = |k: usize| {
-                Polynomial::of([start[k], 2.0 * share * v[k], share * share * (start[k] - 2.0 * side * u[k])])
+            let coordinate = |k: usize| {
+                Polynomial::of([start[k], 2.0 * scale * v[k], scale * scale * (start[k] - 2.0 * side * u[k])])
             };
-            Self { x: of(0), z: of(1), one: Polynomial::of([1.0, 0.0, share * share]) }
+            Self {
+                x: coordinate(0),
+                z: coordinate(1),
+                denominator: Polynomial::of([1.0, 0.0, scale * scale]),
+            }
         })
     }
 
-    /// Adds the heights of a polynomial's roots where (x, z) is accepted.
+    /// Appends the heights of a polynomial's roots where (x, z) is accepted.
     fn roots(&self, polynomial: &Polynomial, accepts: impl Fn(f64, f64) -> bool, out: &mut Vec<f64>) {
         polynomial_roots(&polynomial.0, &mut |t| {
-            let [x, z] = [&self.x, &self.z].map(|coordinate| coordinate.at(t) / self.one.at(t));
+            let [x, z] = [&self.x, &self.z].map(|coordinate| coordinate.at(t) / self.denominator.at(t));
             if accepts(x, z) {
                 out.push(z);
             }
@@ -354,7 +359,7 @@ impl Polynomial {
         self.0.iter().rev().fold(0.0, |sum, c| sum * t + c)
     }
 
-    /// The product, of the eighth degree at most.
+    /// Returns the product, of the eighth degree at most.
     fn times(&self, other: &Self) -> Self {
         let mut all = [0.0; 9];
         for (i, a) in self.0.iter().enumerate().filter(|(_, a)| **a != 0.0) {

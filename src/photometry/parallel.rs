@@ -1,4 +1,4 @@
-//! Lists of results that are computed on all cores, with interrupt checks between groups.
+//! Computations of many results on all cores, with interrupt checks between groups of them.
 
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
@@ -7,28 +7,28 @@ use crate::interrupt::UNITS;
 #[cfg(feature = "threads")]
 use rayon::prelude::*;
 
-/// Applies a function to shares of the items on all cores, and joins the lists in order. The clock is read after
-/// `most` items of each core; an interruption names the time of an item.
+/// Applies a function to shares of the items on all cores, and joins the lists in order. Interrupts are checked after
+/// every `group` items of each core; an interruption names the time of an item.
 ///
 /// # Errors
 /// [`Error::Interrupted`](crate::error::Error::Interrupted), and those of the function.
 #[cfg(feature = "threads")]
 pub fn in_parallel<I: Sync, T: Send>(
     items: &[I],
-    most: usize,
+    group: usize,
     time: &dyn Fn(&I) -> f64,
     interrupt: &mut InterruptCheck,
-    some: impl Fn(&[I], &mut InterruptCheck) -> Result<Vec<T>> + Sync,
+    compute: impl Fn(&[I], &mut InterruptCheck) -> Result<Vec<T>> + Sync,
 ) -> Result<Vec<T>> {
     let threads = rayon::current_num_threads();
     if threads == 1 {
-        return some(items, interrupt);
+        return compute(items, interrupt);
     }
     let mut all = Vec::new();
-    for group in items.chunks(most * threads) {
-        interrupt.charge(UNITS, time(&group[0]))?;
-        let share = group.len().div_ceil(threads);
-        let parts = group.par_chunks(share).map(|items| some(items, &mut InterruptCheck::never()));
+    for items in items.chunks(group * threads) {
+        interrupt.charge(UNITS, time(&items[0]))?;
+        let share = items.len().div_ceil(threads);
+        let parts = items.par_chunks(share).map(|items| compute(items, &mut InterruptCheck::never()));
         for part in parts.collect::<Vec<_>>() {
             all.extend(part?);
         }
@@ -46,7 +46,7 @@ pub fn in_parallel<I, T>(
     _: usize,
     _: &dyn Fn(&I) -> f64,
     interrupt: &mut InterruptCheck,
-    some: impl Fn(&[I], &mut InterruptCheck) -> Result<Vec<T>>,
+    compute: impl Fn(&[I], &mut InterruptCheck) -> Result<Vec<T>>,
 ) -> Result<Vec<T>> {
-    some(items, interrupt)
+    compute(items, interrupt)
 }

@@ -77,10 +77,11 @@ impl Photometer {
     /// Returns the errors of [`Self::brightness`].
     pub fn brightness_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         self.for_views(views, interrupt, |snapshot, interrupt, all| {
-            let of = |_: &mut (), target: &Target<'_>, _, _: [&_; 2], interrupt: &mut InterruptCheck<'_>| {
-                Ok(target.light::<1>(interrupt)?[0])
-            };
-            snapshot.for_each_body(interrupt, of, |brightness, ()| all.push(brightness))
+            let compute_body =
+                |_: &mut (), target: &Target<'_>, _, _: [&_; 2], interrupt: &mut InterruptCheck<'_>| {
+                    Ok(target.light::<1>(interrupt)?[0])
+                };
+            snapshot.for_each_body(interrupt, compute_body, |brightness, ()| all.push(brightness))
         })
     }
 
@@ -93,16 +94,17 @@ impl Photometer {
     pub fn moments_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Vec3)>> {
         self.scene.bodies.iter().try_for_each(Body::require_vertices)?;
         self.for_views(views, interrupt, |snapshot, interrupt, all| {
-            let of = |sum: &mut Vec3,
-                      target: &Target<'_>,
-                      factor,
-                      _: [&_; 2],
-                      interrupt: &mut InterruptCheck<'_>| {
+            let compute_body = |sum: &mut Vec3,
+                                target: &Target<'_>,
+                                factor,
+                                _: [&_; 2],
+                                interrupt: &mut InterruptCheck<'_>| {
                 let [brightness, x, y, z] = target.light(interrupt)?;
                 *sum += Vec3::new(x, y, z) * factor;
                 Ok(brightness)
             };
-            snapshot.for_each_body(interrupt, of, |brightness, moment| all.push((brightness, moment)))
+            snapshot
+                .for_each_body(interrupt, compute_body, |brightness, moment| all.push((brightness, moment)))
         })
     }
 
@@ -140,25 +142,25 @@ impl Photometer {
         let counts: Vec<usize> = bodies.iter().filter(|_| by_vertex).map(vertices).collect();
         let areas = |body: &Body| body.facets().map_or(0, |facets| facets.areas().len());
         let areas: Vec<usize> = bodies.iter().filter(|_| by_vertex).map(areas).collect();
-        let none = || Partials {
+        let zeros = || Partials {
             by_body: vec![ByBody::default(); bodies.len()],
             by_vertex: counts.iter().map(|count| vec![Vec3::zeros(); *count]).collect(),
             by_area: areas.iter().map(|count| vec![0.0; *count]).collect(),
             ..Partials::default()
         };
         self.for_views(views, interrupt, |snapshot, interrupt, all| {
-            let of = |sums: &mut Option<Partials>,
-                      target: &Target<'_>,
-                      factor,
-                      directions: [&_; 2],
-                      interrupt: &mut InterruptCheck<'_>| {
-                let mut part = none();
+            let compute_body = |sums: &mut Option<Partials>,
+                                target: &Target<'_>,
+                                factor,
+                                directions: [&_; 2],
+                                interrupt: &mut InterruptCheck<'_>| {
+                let mut part = zeros();
                 let brightness = target.partials(&mut part, interrupt)?;
-                sums.get_or_insert_with(none).add(&part, factor, directions);
+                sums.get_or_insert_with(zeros).add(&part, factor, directions);
                 Ok(brightness)
             };
-            snapshot.for_each_body(interrupt, of, |value, sums| {
-                let mut sums = sums.unwrap_or_else(none);
+            snapshot.for_each_body(interrupt, compute_body, |value, sums| {
+                let mut sums = sums.unwrap_or_else(zeros);
                 // The ellipsoids of a composite are not its own semi-axes.
                 let composites = sums.by_body.iter_mut().zip(semi_axes).filter(|(_, axes)| axes.is_none());
                 composites.for_each(|(by, _)| by.semi_axes = Vec3::zeros());
@@ -167,20 +169,20 @@ impl Photometer {
         })
     }
 
-    /// Adds what `of` appends for each view to a list, in order. Short views are distributed over the threads
-    /// of the machine. A long one, such as a view of many facets, itself checks for interrupts.
+    /// Returns the list to which `append` adds the results of each view, in order. Short views are distributed over the
+    /// threads of the machine. A long one, such as a view of many facets, itself checks for interrupts.
     fn for_views<'a, T: Send>(
         &'a self,
         views: &[View<'a>],
         interrupt: &mut InterruptCheck,
-        of: impl Fn(&Snapshot<'a>, &mut InterruptCheck, &mut Vec<T>) -> Result<()> + Sync,
+        append: impl Fn(&Snapshot<'a>, &mut InterruptCheck, &mut Vec<T>) -> Result<()> + Sync,
     ) -> Result<Vec<T>> {
-        let some = |views: &[View<'a>], interrupt: &mut InterruptCheck| {
+        let compute = |views: &[View<'a>], interrupt: &mut InterruptCheck| {
             let mut all = Vec::with_capacity(views.len() * self.scene.bodies.len());
             let mut snapshot = Snapshot::new(&self.scene);
             for view in views {
                 snapshot.set_view(view, interrupt)?;
-                of(&snapshot, interrupt, &mut all)?;
+                append(&snapshot, interrupt, &mut all)?;
             }
             Ok(all)
         };
@@ -194,8 +196,8 @@ impl Photometer {
         let work = work + areas.sum::<u64>();
         let work = self.scene.sun.len() as u64 * work.max(1);
         if views.len() == 1 || work > 5 * UNITS {
-            return some(views, interrupt);
+            return compute(views, interrupt);
         }
-        in_parallel(views, (UNITS / work).max(1) as usize, &|view| view.time, interrupt, some)
+        in_parallel(views, (UNITS / work).max(1) as usize, &|view| view.time, interrupt, compute)
     }
 }

@@ -49,13 +49,13 @@ pub fn recoil(
         }
     }
     let work = WORK[1] * surface.meshes_of_body().map(|mesh| mesh.facets.len() as u64).sum::<u64>();
-    let some = |to_sun: &[Vec3], interrupt: &mut InterruptCheck| {
+    let recoils = |to_sun: &[Vec3], interrupt: &mut InterruptCheck| {
         to_sun.iter().map(|direction| surface.recoil(&direction.normalize(), interrupt)).collect()
     };
     if work > 5 * UNITS {
-        return some(to_sun, interrupt);
+        return recoils(to_sun, interrupt);
     }
-    in_parallel(to_sun, (UNITS / work.max(1)).max(1) as usize, &|_| 0.0, interrupt, some)
+    in_parallel(to_sun, (UNITS / work.max(1)).max(1) as usize, &|_| 0.0, interrupt, recoils)
 }
 
 /// The facets of the parts of a body, and those of other bodies that hide light from it.
@@ -72,7 +72,7 @@ impl RecoilingSurface {
         for (other, position) in others {
             require_finite(&format!("position of {}", other.name), position.as_slice())?;
             let axes = Mat3::identity();
-            if Proximity::of([body, other], position, [&axes; 2], 0.0, interrupt)?.overlap {
+            if Proximity::compute([body, other], position, [&axes; 2], 0.0, interrupt)?.overlap {
                 let [first, second] = [body, other].map(|body| body.name.clone());
                 return Err(Error::BodiesOverlap { first, second, time: 0.0 });
             }
@@ -133,7 +133,7 @@ impl FacetedPart<'_, 1> {
             if mu0 <= 0.0 {
                 continue;
             }
-            let partly = self.leave(facet, Some((index, [mu0])), &mut region);
+            let partly = self.clip(facet, Some((index, [mu0])), &mut region);
             if partly {
                 interrupt.charge(WORK[1], 0.0)?;
             }

@@ -1,5 +1,5 @@
-//! The part of a triangle that is left when convex polygons are taken from it, as convex pieces whose sides
-//! tell which line they lie on.
+//! The part of a triangle that remains when convex polygons are subtracted from it, as convex pieces. Each side of
+//! a piece has the number of the line on which it lies.
 
 /// A line on which sides of a region lie: one of the triangle's own sides, 0 to 2, or another one.
 pub type Line = u32;
@@ -24,9 +24,9 @@ pub struct Region {
     corners: Vec<Corner>,
     /// The first corner of each piece and the one after its last.
     pieces: Vec<[usize; 2]>,
-    /// The pieces of the next region, and what remains of one piece.
+    /// Buffers: the pieces of the next region, and the remainder of one piece.
     next: (Vec<Corner>, Vec<[usize; 2]>),
-    rest: [Vec<Corner>; 2],
+    remainder: [Vec<Corner>; 2],
     distances: Vec<f64>,
 }
 
@@ -43,15 +43,15 @@ fn area(corners: &[Corner]) -> f64 {
     (2..corners.len()).map(|k| cross(corners[0].at, corners[k - 1].at, corners[k].at)).sum()
 }
 
-/// A side must be longer than this for its direction to tell what is beside a polygon.
-const LONG: f64 = 1e-4;
+/// A side must be longer than this for its direction to separate polygons.
+const LONG_SIDE: f64 = 1e-4;
 
 /// A side of a polygon: a point, the unit vector to the left, and the line.
 type Side = ([f64; 2], [f64; 2], Line);
 
-/// Returns the distance of a point to the left of a side.
+/// Returns the distance of a point from the line of a side, above zero to the left of it.
 #[inline]
-fn left_of((from, inward, _): &Side, at: [f64; 2]) -> f64 {
+fn signed_distance((from, inward, _): &Side, at: [f64; 2]) -> f64 {
     inward[0] * (at[0] - from[0]) + inward[1] * (at[1] - from[1])
 }
 
@@ -62,10 +62,11 @@ fn side_from(from: &Corner, to: &Corner) -> Side {
 }
 
 /// Returns whether all corners are to the right of one of a polygon's long sides, or on it.
-fn is_beside(corners: &[Corner], polygon: &[Corner]) -> bool {
+fn is_separated(corners: &[Corner], polygon: &[Corner]) -> bool {
     sides(polygon).any(|(from, to)| {
         let size = (to.at[0] - from.at[0]).abs() + (to.at[1] - from.at[1]).abs();
-        size > LONG && corners.iter().all(|corner| cross(from.at, to.at, corner.at) <= LEAST_DISTANCE * size)
+        size > LONG_SIDE
+            && corners.iter().all(|corner| cross(from.at, to.at, corner.at) <= LEAST_DISTANCE * size)
     })
 }
 
@@ -75,7 +76,7 @@ pub fn sides(corners: &[Corner]) -> impl Iterator<Item = (&Corner, &Corner)> {
 }
 
 impl Region {
-    /// Starts with the whole triangle.
+    /// Sets the region to the whole triangle.
     pub fn reset(&mut self) {
         self.corners.clear();
         self.corners.extend(
@@ -95,7 +96,7 @@ impl Region {
         self.pieces.is_empty()
     }
 
-    /// Leaves nothing of the triangle.
+    /// Removes all pieces.
     pub fn clear(&mut self) {
         self.pieces.clear();
     }
@@ -120,14 +121,14 @@ impl Region {
         all
     }
 
-    /// Takes a polygon of three or four corners away, which is convex but for rounding, of either orientation.
+    /// Subtracts a polygon of three or four corners, which is convex but for rounding, of either orientation.
     pub fn subtract(&mut self, mut polygon: &mut [Corner]) {
         let size = area(polygon);
         if size.abs() <= LEAST_AREA {
             return;
         }
         if size < 0.0 {
-            // A side's line is kept with the corner before it.
+            // The line of a side is stored with the corner before it.
             polygon.reverse();
             let first = polygon[0].line;
             let count = polygon.len();
@@ -135,8 +136,8 @@ impl Region {
             polygon[count - 1].line = first;
         }
         if let Some(dent) = (0..4).filter(|_| polygon.len() == 4).find(|&k| {
-            let [last, here, next] = [3, 0, 1].map(|step| polygon[(k + step) % 4].at);
-            cross(last, here, next) <= 0.0
+            let [last, corner, next] = [3, 0, 1].map(|step| polygon[(k + step) % 4].at);
+            cross(last, corner, next) <= 0.0
         }) {
             // The corner coincides with its neighbour, or is on the line of two others.
             polygon.rotate_left(dent);
@@ -157,15 +158,15 @@ impl Region {
         for index in 0..self.pieces.len() {
             let [from, to] = self.pieces[index];
             let piece = &self.corners[from..to];
-            let beside = |side| piece.iter().all(|corner| left_of(side, corner.at) <= LEAST_DISTANCE);
-            if lines.iter().any(beside) || is_beside(polygon, piece) {
+            let beside = |side| piece.iter().all(|corner| signed_distance(side, corner.at) <= LEAST_DISTANCE);
+            if lines.iter().any(beside) || is_separated(polygon, piece) {
                 let start = all.0.len();
                 all.0.extend_from_slice(piece);
                 all.1.push([start, all.0.len()]);
                 continue;
             }
-            self.rest[0].clear();
-            self.rest[0].extend_from_slice(piece);
+            self.remainder[0].clear();
+            self.remainder[0].extend_from_slice(piece);
             lines.iter().for_each(|side| self.split(side, &mut all));
         }
         std::mem::swap(&mut self.corners, &mut all.0);
@@ -173,8 +174,8 @@ impl Region {
         self.next = all;
     }
 
-    /// Cuts the pieces along the edges that cross them, and leaves those whose centre is not hidden. Where no edge
-    /// crosses it, a piece must be wholly hidden or wholly free.
+    /// Cuts the pieces along the edges that cross them, and keeps those whose centre is not hidden. A piece that no
+    /// edge crosses must be wholly hidden or wholly visible.
     pub fn cut(&mut self, hidden: impl Fn([f64; 2]) -> bool) {
         let edges = std::mem::take(&mut self.edges);
         let mut all = std::mem::take(&mut self.next);
@@ -185,15 +186,15 @@ impl Region {
             for index in 0..self.pieces.len() {
                 let [from, to] = self.pieces[index];
                 let piece = &self.corners[from..to];
-                self.rest[0].clear();
-                self.rest[0].extend_from_slice(piece);
-                let beside = piece.iter().all(|corner| left_of(&side, corner.at) <= LEAST_DISTANCE);
-                if !beside && !is_beside(edge, piece) {
+                self.remainder[0].clear();
+                self.remainder[0].extend_from_slice(piece);
+                let beside = piece.iter().all(|corner| signed_distance(&side, corner.at) <= LEAST_DISTANCE);
+                if !beside && !is_separated(edge, piece) {
                     self.split(&side, &mut all);
                 }
-                if !self.rest[0].is_empty() {
+                if !self.remainder[0].is_empty() {
                     let start = all.0.len();
-                    all.0.extend_from_slice(&self.rest[0]);
+                    all.0.extend_from_slice(&self.remainder[0]);
                     all.1.push([start, all.0.len()]);
                 }
             }
@@ -210,12 +211,12 @@ impl Region {
         });
     }
 
-    /// Adds what of the rest is to the right of a side to other pieces, and keeps what is to the left of it.
+    /// Moves the part of the remainder to the right of a side to other pieces, and keeps the part to the left of it.
     fn split(&mut self, side: &Side, all: &mut (Vec<Corner>, Vec<[usize; 2]>)) {
-        let [rest, inside] = &mut self.rest;
+        let [remainder, inside] = &mut self.remainder;
         self.distances.clear();
-        self.distances.extend(rest.iter().map(|corner| {
-            let distance = left_of(side, corner.at);
+        self.distances.extend(remainder.iter().map(|corner| {
+            let distance = signed_distance(side, corner.at);
             if distance.abs() <= LEAST_DISTANCE { 0.0 } else { distance }
         }));
         if self.distances.iter().all(|d| *d >= 0.0) {
@@ -223,21 +224,21 @@ impl Region {
         }
         inside.clear();
         let start = all.0.len();
-        for k in 0..rest.len() {
-            let next = if k + 1 == rest.len() { 0 } else { k + 1 };
-            let (corner, [d, ahead]) = (rest[k], [self.distances[k], self.distances[next]]);
-            let cut = Corner { line: side.2, ..corner };
+        for k in 0..remainder.len() {
+            let next = if k + 1 == remainder.len() { 0 } else { k + 1 };
+            let (corner, [d, next_distance]) = (remainder[k], [self.distances[k], self.distances[next]]);
+            let on_side = Corner { line: side.2, ..corner };
             if d >= 0.0 {
-                inside.push(if d == 0.0 && ahead < 0.0 { cut } else { corner });
+                inside.push(if d == 0.0 && next_distance < 0.0 { on_side } else { corner });
             }
             if d <= 0.0 {
-                all.0.push(if d == 0.0 && ahead > 0.0 { cut } else { corner });
+                all.0.push(if d == 0.0 && next_distance > 0.0 { on_side } else { corner });
             }
-            if d * ahead < 0.0 {
-                let share = d / (d - ahead);
-                let at = [0, 1].map(|i| corner.at[i] + share * (rest[next].at[i] - corner.at[i]));
-                let (on_side, cut) = (Corner { at, line: corner.line }, Corner { at, line: side.2 });
-                let [left, right] = if d > 0.0 { [cut, on_side] } else { [on_side, cut] };
+            if d * next_distance < 0.0 {
+                let share = d / (d - next_distance);
+                let at = [0, 1].map(|i| corner.at[i] + share * (remainder[next].at[i] - corner.at[i]));
+                let (before, after) = (Corner { at, line: corner.line }, Corner { at, line: side.2 });
+                let [left, right] = if d > 0.0 { [after, before] } else { [before, after] };
                 inside.push(left);
                 all.0.push(right);
             }
@@ -251,6 +252,6 @@ impl Region {
         if area(inside) <= LEAST_AREA {
             inside.clear();
         }
-        std::mem::swap(rest, inside);
+        std::mem::swap(remainder, inside);
     }
 }

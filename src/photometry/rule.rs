@@ -3,8 +3,8 @@
 //! The nodes are cos(pi k / n), 0 < k < n, without the ends of the interval, and those for n are among those
 //! for 2 n, so that no value is computed twice. The values give the coefficients b_k of f(cos x) sin x = sum
 //! of b_k sin(k x), that is of f in Chebyshev's polynomials of the second kind. An interval has converged
-//! once the last ones are below the tolerance: the rule's error is then smaller. Several are looked at, since
-//! those of even functions alternate with zeros, and where they oscillate one alone may be small by chance.
+//! once the last ones are below the tolerance: the rule's error is then smaller. Several are compared, since those
+//! of even functions alternate with zeros, and a single oscillating one may be small by chance.
 //! Fejér (1933), Math. Z. 37, 287; Trefethen (2008), SIAM Rev. 50, 67, compares such rules with Gauss's.
 
 use crate::error::{Error, Result};
@@ -19,11 +19,11 @@ const ORDERS: [usize; 3] = [16, 32, 64];
 /// Nodes of the largest rule.
 const NODES: usize = ORDERS[2] - 1;
 
-/// The number of coefficients that tell the error.
+/// The number of coefficients from which the error is estimated.
 const LAST: usize = 4;
 
-/// Intervals are halved at most so often. What a continuous integrand leaves on the last one is below
-/// rounding.
+/// The largest number of times that an interval is halved. The integral of a continuous function over the last half is
+/// below rounding.
 const DEEPEST: u32 = 48;
 
 /// The largest number of pieces of an interval, several times that of any integrand whose breaks are known.
@@ -82,8 +82,8 @@ impl NestedRules {
         Self { nodes: angles.map(f64::cos), orders: ORDERS.map(order) }
     }
 
-    /// The integrals of W functions, each to its tolerance. `accepted` is called with each piece whose sum
-    /// was taken.
+    /// Returns the integrals of W functions, each to its tolerance. `accepted` is called with each piece whose sum is
+    /// part of them.
     ///
     /// # Errors
     /// [`Error::NotConverged`], and those of the functions.
@@ -127,7 +127,7 @@ impl NestedRules {
         Ok(total)
     }
 
-    /// Returns what [`Self::integrate`] does, and calls `accepted` with each piece and the values at its nodes.
+    /// Integrates as [`Self::integrate`], and calls `accepted` with each piece and the values at its nodes.
     fn integrate_with_values<const W: usize>(
         &self,
         [from, to]: [f64; 2],
@@ -172,7 +172,7 @@ impl NestedRules {
         Ok(total)
     }
 
-    /// The nodes on a piece of an interval, and their weights.
+    /// Iterates over the nodes on a piece of an interval and their weights.
     pub fn nodes(&self, piece: Piece) -> impl Iterator<Item = [f64; 2]> {
         let weights = &self.orders[piece.order].weights;
         self.nodes.iter().zip(weights).map(move |(x, w)| [piece.middle + piece.half * x, piece.half * w])
@@ -180,8 +180,8 @@ impl NestedRules {
 }
 
 impl NestedRule {
-    /// Whether the last coefficients of each function are below its tolerance, or mere rounding of values of
-    /// these sizes.
+    /// Returns whether the last coefficients of each function are below its tolerance, or are rounding errors of values
+    /// of these sizes.
     fn converged<const W: usize>(
         &self,
         values: &[[f64; W]],

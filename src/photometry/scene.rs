@@ -18,13 +18,14 @@ pub struct Surface {
     pub albedo: Vec<f64>,
 }
 
-/// Bodies with all that does not change from one view to the next.
+/// Bodies with the data that do not change from one view to the next.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// The bodies.
     pub bodies: Vec<Body>,
     /// Their surfaces.
     pub surfaces: Vec<Surface>,
+    /// Whether bodies can hide each other.
     mutual: bool,
     /// Points of the Sun's disc, each as two coordinates in radians from its centre and a weight.
     pub sun: Vec<[f64; 3]>,

@@ -1,9 +1,9 @@
 //! The silhouette of a part that stands wholly in front of triangles, as seen along a direction.
 //!
-//! It consists of the edges between a facet that is turned to the light and one that is turned away. Each runs
-//! counterclockwise about the facet that is turned to the light, so that the edges wind about a point as often
-//! as such facets cover it. A triangle that no edge crosses is hidden or free as one of its points is; another
-//! one is cut along the edges that cross it, and each piece is hidden or free. The edges are sorted into rows,
+//! It consists of the edges between a facet that faces the light and one that does not. Each runs counterclockwise
+//! about the facet that faces the light, so that the edges wind about a point as often as such facets cover it. A
+//! triangle that no edge crosses is wholly hidden or wholly visible. Any other triangle is cut along the edges that
+//! cross it, and each piece is hidden or visible. The edges are sorted into rows,
 //! so that few are searched for each triangle. The limb of a body takes its edges from here too.
 
 use super::mesh::{Facet, Mesh, SIDES};
@@ -28,8 +28,8 @@ pub struct NearestEdge {
     pub inside: bool,
     /// The edge.
     pub line: Line,
-    /// The share of the edge at which it is nearest, from 0 to 1.
-    pub share: f64,
+    /// The fraction of the edge at which it is nearest, from 0 to 1.
+    pub fraction: f64,
 }
 
 /// The silhouette of a part, in the frame of another one.
@@ -41,7 +41,8 @@ pub struct Silhouette {
     /// The least value along the second axis, and the number of rows to a length.
     low: f64,
     per_length: f64,
-    /// The edges that reach into each row, and where the list of each row begins, with the end of the last one.
+    /// The indices of the edges that extend into each row, and where the list of each row begins, with the end of the
+    /// last one.
     listed: Vec<u32>,
     starts: Vec<usize>,
 }
@@ -58,7 +59,7 @@ struct Edge {
 /// The distance beyond an edge at which a point is on its other side, in heights of the silhouette.
 const BEYOND: f64 = 1e-9;
 
-/// An edge by its squared distance from a point, the way to its nearest point, and where that is.
+/// An edge with its squared distance from a point, and the vector from that point to the edge's nearest one.
 type Measured = (f64, [f64; 2], NearestEdge);
 
 /// A triangle across the direction: its first corner, and its first two sides.
@@ -87,14 +88,14 @@ impl Silhouette {
         let (rows, offsets) = (axes.map(|v| rotation.tr_mul(&v) * growth), axes.map(|v| v.dot(position)));
         let toward = rotation.tr_mul(direction);
         let lit: Vec<bool> = mesh.facets.iter().map(|facet| facet.normal.dot(&toward) > 0.0).collect();
-        let place = |vertex: u32| [0, 1].map(|k| rows[k].dot(&mesh.vertices[vertex as usize]) + offsets[k]);
+        let project = |vertex: u32| [0, 1].map(|k| rows[k].dot(&mesh.vertices[vertex as usize]) + offsets[k]);
         let mut edges = Vec::new();
         for sides in &mesh.edges {
-            let [here, there] = sides.map(|side| lit[(side / SIDES) as usize]);
-            if here != there {
-                let line = sides[usize::from(there)];
+            let [first_is_lit, second_is_lit] = sides.map(|side| lit[(side / SIDES) as usize]);
+            if first_is_lit != second_is_lit {
+                let line = sides[usize::from(second_is_lit)];
                 let (face, k) = (mesh.faces[(line / SIDES) as usize], (line % SIDES) as usize);
-                let [from, to] = [face[k], face[(k + 1) % 3]].map(place);
+                let [from, to] = [face[k], face[(k + 1) % 3]].map(project);
                 edges.push(Edge { from, to, line, first: 0 });
             }
         }
@@ -124,18 +125,19 @@ impl Silhouette {
         all
     }
 
-    /// The rows of two heights.
+    /// Returns the rows of two heights.
     fn rows(&self, low: f64, high: f64) -> [usize; 2] {
         // A number below zero becomes zero.
         [low, high]
             .map(|height| (((height - self.low) * self.per_length) as usize).min(self.starts.len() - 2))
     }
 
+    /// Iterates over the edges that extend into a row.
     fn row(&self, row: usize) -> impl Iterator<Item = &Edge> {
         self.listed[self.starts[row]..self.starts[row + 1]].iter().map(|&index| &self.edges[index as usize])
     }
 
-    /// Returns the edges.
+    /// Iterates over the lines of the edges.
     pub fn lines(&self) -> impl Iterator<Item = Line> {
         self.edges.iter().map(|edge| edge.line)
     }
@@ -146,7 +148,7 @@ impl Silhouette {
     }
 
     /// Returns the edge of the outline that is nearest to the ray through a point. Edges with the part on both
-    /// sides are none of the outline.
+    /// sides do not belong to the outline.
     pub fn nearest(&self, point: &Vec3) -> NearestEdge {
         let at = self.coordinates(point);
         let inside = self.covers(at);
@@ -154,11 +156,11 @@ impl Silhouette {
             let (side, from) = (minus(edge.to, edge.from), minus(at, edge.from));
             let square = dot(side, side);
             // An edge along the direction is a point.
-            let share = if square > 0.0 { (dot(from, side) / square).clamp(0.0, 1.0) } else { 0.0 };
-            let apart = minus(side.map(|x| share * x), from);
-            (dot(apart, apart), apart, NearestEdge { inside, line: edge.line, share })
+            let fraction = if square > 0.0 { (dot(from, side) / square).clamp(0.0, 1.0) } else { 0.0 };
+            let apart = minus(side.map(|x| fraction * x), from);
+            (dot(apart, apart), apart, NearestEdge { inside, line: edge.line, fraction })
         });
-        // The way from a point inside to the nearest point of the outline leaves the part there.
+        // The line from a point inside to the nearest point of the outline leaves the part at that point.
         let beyond = BEYOND * (self.starts.len() - 1) as f64 / self.per_length;
         let leaves = |(square, apart, _): &&Measured| {
             let factor = 1.0 + beyond / square.sqrt();
@@ -174,18 +176,19 @@ impl Silhouette {
         measured.iter().find(leaves).unwrap_or(&first).2
     }
 
-    /// Returns the shares, from 0 to 1, of a displacement of the ray through a point at which it crosses edges.
-    pub fn crossings(&self, point: &Vec3, way: &Vec3) -> Vec<f64> {
-        let (at, way) = (self.coordinates(point), self.coordinates(way));
+    /// Returns the fractions, from 0 to 1, of a displacement of the ray through a point at which it crosses edges.
+    pub fn crossings(&self, point: &Vec3, displacement: &Vec3) -> Vec<f64> {
+        let (at, displacement) = (self.coordinates(point), self.coordinates(displacement));
         let crossing = |edge: &Edge| {
             let (side, from) = (minus(edge.to, edge.from), minus(edge.from, at));
-            let inverse = cross(way, side).recip();
-            let [share, on_edge] = [cross(from, side) * inverse, cross(from, way) * inverse];
-            ((0.0..=1.0).contains(&share) && (0.0..=1.0).contains(&on_edge)).then_some(share)
+            let inverse = cross(displacement, side).recip();
+            let [fraction, on_edge] = [cross(from, side) * inverse, cross(from, displacement) * inverse];
+            ((0.0..=1.0).contains(&fraction) && (0.0..=1.0).contains(&on_edge)).then_some(fraction)
         };
         self.edges.iter().filter_map(crossing).collect()
     }
 
+    /// Returns a triangle in coordinates across the direction.
     fn across(&self, triangle: &Facet) -> Across {
         let [a, b, c] = triangle.corners.map(|v| self.coordinates(&v));
         (a, [minus(b, a), minus(c, a)])
@@ -203,9 +206,9 @@ impl Silhouette {
         winding > 0
     }
 
-    /// Returns what is hidden of a triangle, whose normal has this cosine to the direction, and sets the edges
+    /// Returns which part of a triangle is hidden, whose normal has this cosine to the direction, and sets the edges
     /// of a region to those that cross it; their lines are counted from `line`.
-    pub fn hides(&self, triangle: &Facet, cosine: f64, line: Line, region: &mut Region) -> Hidden {
+    pub fn hidden_part(&self, triangle: &Facet, cosine: f64, line: Line, region: &mut Region) -> Hidden {
         let (a, [b, c]) = self.across(triangle);
         let [wide, tall] = [0, 1].map(|k| {
             let ends = [0.0, b[k], c[k]];
@@ -247,7 +250,7 @@ impl Silhouette {
         }
     }
 
-    /// Takes from a region of a triangle what is hidden, given the edges that cross it.
+    /// Subtracts the hidden part from a region of a triangle, given the edges that cross it.
     pub fn hide(&self, triangle: &Facet, region: &mut Region) {
         let (a, [b, c]) = self.across(triangle);
         region.cut(|[u, v]| self.covers([0, 1].map(|k| a[k] + u * b[k] + v * c[k])));

@@ -1,7 +1,7 @@
-//! Bodies at one epoch: which of them hide light from which, and the light of each.
+//! Bodies at one epoch: the light of each, and the bodies that may hide light from it.
 
 use super::convex::ConvexBody;
-use super::ellipsoid::{ByBody, Lit, Partials, Placed};
+use super::ellipsoid::{ByBody, EllipsoidPose, LitEllipsoid, Partials};
 use super::faceted::{FacetedBody, Target};
 use super::facets::{FacetedPart, Occluder, SurfaceLight};
 use super::mesh::Mesh;
@@ -81,16 +81,16 @@ impl View<'_> {
     }
 }
 
-/// A view as it is seen: every body in its pose, and the bodies that are near each other. One snapshot serves
-/// for many views, so that it allocates once.
+/// The bodies of a scene in one view: their poses, the directions of light, and the pairs of bodies that are near each
+/// other. One snapshot is used for many views, so that it allocates once.
 pub struct Snapshot<'a> {
     scene: &'a Scene,
     view: View<'a>,
     /// The pose of each body, with semi-axes of zero for a body that is not one ellipsoid about its centre.
-    placed: Vec<Placed>,
+    poses: Vec<EllipsoidPose>,
     /// For each body, or for all if they are distant, the directions to the observer and to the Sun's centre,
     /// and one over their distances.
-    ways: Vec<([Vec3; 2], [f64; 2])>,
+    light_directions: Vec<([Vec3; 2], [f64; 2])>,
     /// Likewise the weights of the points of the Sun's disc, with the directions to the observer and to the
     /// point.
     suns: Vec<(f64, [Vec3; 2])>,
@@ -110,7 +110,14 @@ impl<'a> Snapshot<'a> {
             to_sun: Vec3::zeros(),
             distant: true,
         };
-        Self { scene, view, placed: Vec::new(), ways: Vec::new(), suns: Vec::new(), near: Vec::new() }
+        Self {
+            scene,
+            view,
+            poses: Vec::new(),
+            light_directions: Vec::new(),
+            suns: Vec::new(),
+            near: Vec::new(),
+        }
     }
 
     /// Replaces the view by another one.
@@ -118,14 +125,14 @@ impl<'a> Snapshot<'a> {
         let semi_axes = &self.scene.semi_axes;
         let distant = view.directions(semi_axes.len())?;
         self.view = *view;
-        self.placed.clear();
-        self.placed.extend(semi_axes.iter().enumerate().map(|(body, semi_axes)| Placed {
+        self.poses.clear();
+        self.poses.extend(semi_axes.iter().enumerate().map(|(body, semi_axes)| EllipsoidPose {
             body,
             semi_axes: semi_axes.unwrap_or_default(),
             position: view.position[body],
             rotation: rotation::matrix(view.attitude[body]),
         }));
-        self.ways.clear();
+        self.light_directions.clear();
         self.suns.clear();
         let observers = if view.distant { view.position.len().min(1) } else { view.position.len() };
         for position in &view.position[..observers] {
@@ -137,7 +144,7 @@ impl<'a> Snapshot<'a> {
                 let share = [0, 1].map(|k| vectors[k].norm_squared() * nearness[k] * nearness[k]);
                 ([0, 1].map(|k| (vectors[k] - position) * nearness[k]), nearness, share[0] * share[1])
             };
-            self.ways.push((directions, nearness));
+            self.light_directions.push((directions, nearness));
             let [e, s] = directions;
             match self.scene.sun.as_slice() {
                 [[_, _, weight]] => self.suns.push((share * weight, directions)),
@@ -148,22 +155,22 @@ impl<'a> Snapshot<'a> {
         if self.scene.hides() { self.find_close_pairs(interrupt) } else { Ok(()) }
     }
 
-    /// Computes the brightness of each body by `of`, which is called for every point of the Sun's disc with a
+    /// Computes the brightness of each body by `compute`, which is called for every point of the Sun's disc with a
     /// result to which it may add, the body in the light from that point, the point's factor, and the
     /// directions to the observer and to the Sun's centre, and to the observer and to the point. `take` is
     /// called with the brightness and the result of each body.
     pub fn for_each_body<T: Default>(
         &self,
         interrupt: &mut InterruptCheck,
-        of: impl Fn(&mut T, &Target<'_>, f64, [&[Vec3; 2]; 2], &mut InterruptCheck) -> Result<f64>,
+        compute: impl Fn(&mut T, &Target<'_>, f64, [&[Vec3; 2]; 2], &mut InterruptCheck) -> Result<f64>,
         mut take: impl FnMut(f64, T),
     ) -> Result<()> {
         let Scene { bodies, surfaces, .. } = self.scene;
         let name = |index: usize| format!("brightness of {} at time {}", bodies[index].name, self.view.time);
         let count = self.scene.sun.len();
         for (index, surface) in surfaces.iter().enumerate() {
-            let suns = &self.suns[self.way(index) * count..][..count];
-            let (mut total, mut gathered) = (0.0, T::default());
+            let suns = &self.suns[self.direction_index(index) * count..][..count];
+            let (mut total, mut result) = (0.0, T::default());
             for (weight, directions) in suns {
                 interrupt.charge(WORK, self.view.time)?;
                 let (target, factor) = if let Some(facets) = bodies[index].facets() {
@@ -171,13 +178,13 @@ impl<'a> Snapshot<'a> {
                 } else if self.needs_facets(index, directions) {
                     (Target::Facets(self.faceted(index, directions, interrupt)?), *weight)
                 } else {
-                    let (placed, time) = (&self.placed[index], self.view.time);
+                    let (pose, time) = (&self.poses[index], self.view.time);
                     let in_front = self.bodies_in_front(index, directions);
-                    let lit = Lit::new(placed, &surface.law, time, *directions, in_front);
+                    let lit = LitEllipsoid::new(pose, &surface.law, time, *directions, in_front);
                     (Target::Ellipsoid(lit), weight * surface.albedo[0])
                 };
-                let directions = [&self.ways[self.way(index)].0, directions];
-                let light = of(&mut gathered, &target, factor, directions, interrupt);
+                let directions = [&self.light_directions[self.direction_index(index)].0, directions];
+                let light = compute(&mut result, &target, factor, directions, interrupt);
                 total += factor
                     * light.map_err(|error| match error {
                         Error::NotConverged { detail, .. } => {
@@ -189,7 +196,7 @@ impl<'a> Snapshot<'a> {
             if !total.is_finite() {
                 return Err(Error::invalid(name(index), total, "a finite number from the scattering law"));
             }
-            take(total, gathered);
+            take(total, result);
         }
         Ok(())
     }
@@ -201,20 +208,25 @@ impl<'a> Snapshot<'a> {
         for first in 0..bodies.len() {
             interrupt.charge(bodies.len() as u64, view.time)?;
             for second in first + 1..bodies.len() {
-                let from = view.position[second] - view.position[first];
-                if from.norm() > bodies[first].circumradius() + bodies[second].circumradius() {
+                let offset = view.position[second] - view.position[first];
+                if offset.norm() > bodies[first].circumradius() + bodies[second].circumradius() {
                     continue;
                 }
-                let rotations = [&self.placed[first].rotation, &self.placed[second].rotation];
-                let meeting =
-                    Proximity::of([&bodies[first], &bodies[second]], &from, rotations, view.time, interrupt)?;
-                if meeting.overlap {
+                let rotations = [&self.poses[first].rotation, &self.poses[second].rotation];
+                let proximity = Proximity::compute(
+                    [&bodies[first], &bodies[second]],
+                    &offset,
+                    rotations,
+                    view.time,
+                    interrupt,
+                )?;
+                if proximity.overlap {
                     let [first, second] = [first, second].map(|body| bodies[body].name.clone());
                     return Err(Error::BodiesOverlap { first, second, time: view.time });
                 }
-                let both = [first, second].iter().all(|body| self.scene.semi_axes[*body].is_some());
+                let are_ellipsoids = [first, second].iter().all(|body| self.scene.semi_axes[*body].is_some());
                 let shapes = [first, second].map(|body| &bodies[body].parts()[0].shape);
-                let plane = both.then(|| across_separating_plane(shapes, rotations, &from));
+                let plane = are_ellipsoids.then(|| across_separating_plane(shapes, rotations, &offset));
                 self.near.push(([first, second], plane));
             }
         }
@@ -225,8 +237,8 @@ impl<'a> Snapshot<'a> {
     /// it and near.
     fn is_in_front(&self, other: usize, body: usize, direction: &Vec3) -> bool {
         let bodies = &self.scene.bodies;
-        let from = self.view.position[other] - self.view.position[body];
-        let aside = from - direction * from.dot(direction);
+        let offset = self.view.position[other] - self.view.position[body];
+        let aside = offset - direction * offset.dot(direction);
         if aside.norm() >= bodies[body].circumradius() + bodies[other].circumradius() {
             return false;
         }
@@ -237,12 +249,12 @@ impl<'a> Snapshot<'a> {
             pair if pair == [other, body] => Some(plane.map_or(*direction, |plane| -plane)),
             _ => None,
         });
-        near.unwrap_or(from).dot(direction) > 0.0
+        near.unwrap_or(offset).dot(direction) > 0.0
     }
 
     /// Iterates over the bodies that may hide the observer or the Sun from a body.
     fn others(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = usize> {
-        let count = if self.scene.hides() { self.placed.len() } else { 0 };
+        let count = if self.scene.hides() { self.poses.len() } else { 0 };
         (0..count).filter(move |&other| {
             other != body && directions.iter().any(|direction| self.is_in_front(other, body, direction))
         })
@@ -265,7 +277,7 @@ impl<'a> Snapshot<'a> {
 
     /// Returns a convex body in sunlight by the areas of its facets.
     fn convex(&self, body: usize, facets: &'a Facets, directions: &[Vec3; 2]) -> ConvexBody<'a> {
-        let rotation = self.placed[body].rotation;
+        let rotation = self.poses[body].rotation;
         let lights = directions.map(|direction| rotation.tr_mul(&direction));
         ConvexBody { body, facets, surface: self.surface(body, directions), rotation, lights }
     }
@@ -290,7 +302,7 @@ impl<'a> Snapshot<'a> {
     ) -> Result<Vec<FacetedPart<'a>>> {
         let all: Vec<usize> = std::iter::once(body).chain(self.others(body, directions)).collect();
         let part = |mesh: &'a Mesh| {
-            let rotation = self.placed[body].rotation * mesh.pose.1;
+            let rotation = self.poses[body].rotation * mesh.pose.1;
             let lights = directions.map(|direction| rotation.tr_mul(&direction));
             let occluders = self.occluders(mesh, directions, &all);
             Ok(FacetedPart { mesh, horizons: mesh.horizons(interrupt)?, rotation, lights, occluders })
@@ -301,16 +313,17 @@ impl<'a> Snapshot<'a> {
     /// Returns the parts of some bodies that may hide light from a part.
     fn occluders(&self, mesh: &Mesh, directions: &[Vec3; 2], bodies: &[usize]) -> Vec<Occluder<'a>> {
         let body = mesh.indices[0];
-        let Placed { position: centre, rotation, .. } = self.placed[body];
-        let (origin, turned) = (rotation * mesh.pose.0, rotation * mesh.pose.1);
+        let EllipsoidPose { position: centre, rotation, .. } = self.poses[body];
+        let (origin, part_rotation) = (rotation * mesh.pose.0, rotation * mesh.pose.1);
         let others = self.scene.meshes.iter().filter(|other| other.indices != mesh.indices);
         let mut all = Vec::new();
         for other in others.filter(|other| bodies.contains(&other.indices[0])) {
             for light in [Light::Sight, Light::Sun] {
-                let (placed, growth) = self.in_light(light, other.indices[0], body, directions);
-                let from = placed.position - centre + placed.rotation * other.pose.0 * growth - origin;
-                let back = |v: &Vec3| turned.tr_mul(v);
-                let pose = (back(&from), turned.tr_mul(&(placed.rotation * other.pose.1)));
+                let (other_pose, growth) = self.pose_in_light(light, other.indices[0], body, directions);
+                let offset =
+                    other_pose.position - centre + other_pose.rotation * other.pose.0 * growth - origin;
+                let back = |v: &Vec3| part_rotation.tr_mul(v);
+                let pose = (back(&offset), part_rotation.tr_mul(&(other_pose.rotation * other.pose.1)));
                 let direction = back(&directions[light as usize]);
                 all.extend(Occluder::new(mesh, other, pose, growth, light as usize, &direction));
             }
@@ -318,39 +331,45 @@ impl<'a> Snapshot<'a> {
         all
     }
 
-    /// The place of a body in the lists of directions.
-    fn way(&self, body: usize) -> usize {
+    /// Returns the index of a body in the lists of directions.
+    fn direction_index(&self, body: usize) -> usize {
         if self.view.distant { 0 } else { body }
     }
 
-    /// A body as it was when the light that reached another one passed it, grown about the other one's centre
-    /// so that it hides along one direction what it hides in the cone of a near observer or Sun; and the
-    /// factor by which it has grown. The observer's light left both at the places of the view; sunlight
-    /// passed the first one by D.(e + s) / c before that, D from the second.
+    /// Returns the pose that a body had when the light that arrives from another body passed it, and the factor by which
+    /// it is enlarged about the centre of that other body, so that it hides along one direction what it hides in the
+    /// cone of a near observer or Sun. The observer's light left both at the positions of the view; sunlight passed the
+    /// first one by D.(e + s) / c before that, D its position relative to the second one.
     #[inline(always)]
-    fn in_light(&self, light: Light, other: usize, body: usize, directions: &[Vec3; 2]) -> (Placed, f64) {
-        let (mut placed, [e, s], centre) = (self.placed[other], directions, self.placed[body].position);
+    fn pose_in_light(
+        &self,
+        light: Light,
+        other: usize,
+        body: usize,
+        directions: &[Vec3; 2],
+    ) -> (EllipsoidPose, f64) {
+        let (mut pose, [e, s], centre) = (self.poses[other], directions, self.poses[body].position);
         if let (Light::Sun, Some(velocity)) = (light, self.view.velocity.get(other)) {
-            placed.position -= velocity * (placed.position - centre).dot(&(e + s));
+            pose.position -= velocity * (pose.position - centre).dot(&(e + s));
         }
         if self.view.distant || other == body {
-            return (placed, 1.0);
+            return (pose, 1.0);
         }
-        let nearness = self.ways[body].1[light as usize];
-        let from = placed.position - centre;
-        let growth = (1.0 - from.dot(&directions[light as usize]) * nearness).recip();
-        (placed.position, placed.semi_axes) = (centre + from * growth, placed.semi_axes * growth);
-        (placed, growth)
+        let nearness = self.light_directions[body].1[light as usize];
+        let offset = pose.position - centre;
+        let growth = (1.0 - offset.dot(&directions[light as usize]) * nearness).recip();
+        (pose.position, pose.semi_axes) = (centre + offset * growth, pose.semi_axes * growth);
+        (pose, growth)
     }
 
     /// Returns unit vectors from a body to the observer and to the Sun.
     pub fn directions(&self, body: usize) -> [Vec3; 2] {
-        self.ways[self.way(body)].0
+        self.light_directions[self.direction_index(body)].0
     }
 
     /// Returns the pose of a body, with semi-axes of zero if it is not one ellipsoid about its centre.
-    pub fn placed(&self, body: usize) -> &Placed {
-        &self.placed[body]
+    pub fn pose(&self, body: usize) -> &EllipsoidPose {
+        &self.poses[body]
     }
 
     /// Iterates over the ellipsoids that may hide light from a body.
@@ -358,16 +377,16 @@ impl<'a> Snapshot<'a> {
         &self,
         body: usize,
         directions: &[Vec3; 2],
-    ) -> impl Iterator<Item = (Light, Placed)> {
-        let mutual = self.scene.hides();
+    ) -> impl Iterator<Item = (Light, EllipsoidPose)> {
+        let has_occultations = self.scene.hides();
         let directions = *directions;
-        [Light::Sight, Light::Sun].into_iter().filter(move |_| mutual).flat_map(move |light| {
+        [Light::Sight, Light::Sun].into_iter().filter(move |_| has_occultations).flat_map(move |light| {
             let direction = directions[light as usize];
             let others = self
-                .placed
+                .poses
                 .iter()
                 .filter(move |other| other.body != body && self.is_in_front(other.body, body, &direction));
-            others.map(move |other| (light, self.in_light(light, other.body, body, &directions).0))
+            others.map(move |other| (light, self.pose_in_light(light, other.body, body, &directions).0))
         })
     }
 }

@@ -1,8 +1,8 @@
 //! The brightness of an ellipsoid of which others hide parts, by strips along the parallels of its lune.
 //!
-//! On a parallel every outline covers one interval of longitudes, and what is left between them has the
-//! integrals of [`Kernel`]. Over the height z Fejér's rule is taken between the heights at which the
-//! intervals change their kind, in t with z = m + h t (3 - t^2) / 2, so that the square roots at either end
+//! On a parallel every outline covers one interval of longitudes, and [`ScatteringKernel`] integrates the brightness
+//! over the uncovered intervals. Over the height z Fejér's rule is taken between the heights at which
+//! the number or the kind of these intervals changes, in t with z = m + h t (3 - t^2) / 2, so that the square roots at either end
 //! are smooth. Where the order of the outlines' ends at either end of such an interval is not that in its
 //! middle, the change is sought and the interval divided there.
 //!
@@ -11,7 +11,7 @@
 
 use super::kernel::{PARTIAL_TOLERANCE, PARTIALS, ScatteringKernel};
 use super::lune::{Intervals, Longitude};
-use super::outline::{Hiding, Outline};
+use super::outline::{HidingEllipsoid, Outline};
 use super::rule::RULE;
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
@@ -19,32 +19,33 @@ use crate::math::Vec3;
 use nalgebra::Matrix3;
 
 /// The effect of an outline's shift on the brightness over abc, as sums over the outline's visible points
-/// with weights w: v are points of the hiding ellipsoid's unit sphere, u those of the other one's, and reach
-/// is the way from the second to the first along the hidden light.
+/// with weights w: v are points of the hiding ellipsoid's unit sphere, u those of the other one's, and h is
+/// the distance from the second to the first along the hidden light.
 #[derive(Debug, Clone, Default)]
 pub struct StripMoments {
     /// Sum of w v.
     pub v: Vec3,
-    /// Sum of w reach v.
-    pub reach_v: Vec3,
+    /// Sum of w h v.
+    pub depth_v: Vec3,
     /// Sum of w v u^T.
     pub v_u: Matrix3<f64>,
     /// Sum of w v v^T.
     pub v_v: Matrix3<f64>,
 }
 
-/// An end of what is left uncovered on a parallel; the outline that it belongs to, and whether it is that
-/// one's upper end.
+/// An end of an uncovered interval of a parallel: its longitude, the outline that it belongs to, and whether it is the
+/// upper end of that outline's interval.
 type End = (Longitude, Option<(usize, bool)>);
 
-/// The distance from the ends of an interval of heights at which the order of the outlines' ends is looked
-/// at, as a share of the interval; the least such distance, since the error of a break would otherwise divide
-/// a narrow interval again and again; and the largest number of intervals that are divided.
+/// The distance from the ends of an interval of heights at which the order of the outlines' ends is compared, as a
+/// share of the interval.
 const NEXT: f64 = 1e-11;
+/// The least such distance, since the error of a break would otherwise divide a narrow interval again and again.
 const LEAST: f64 = 8.0 * f64::EPSILON;
+/// The largest number of intervals that are divided.
 const DIVISIONS: usize = 24;
 
-/// The tolerance of an integral over the height, in those of the integrals along parallels, whose errors are
+/// The tolerance of an integral over the height, relative to that of the integrals along parallels, whose errors are
 /// noise for it.
 const ACROSS: f64 = 8.0;
 
@@ -58,7 +59,7 @@ pub struct Strips<'a> {
 }
 
 impl Strips<'_> {
-    /// Intervals of z, in each of which the integrand is smooth but for square roots at the ends.
+    /// Returns intervals of z, in each of which the integrand is smooth but for square roots at the ends.
     fn panels(&self) -> Vec<[f64; 2]> {
         let mut breaks = vec![-1.0, 1.0];
         breaks.extend(self.kernel.edge_heights().into_iter().flatten());
@@ -78,7 +79,7 @@ impl Strips<'_> {
             if high - low <= 4.0 * f64::EPSILON {
                 continue;
             }
-            if !self.is_reached(low, high) {
+            if !self.is_covered(low, high) {
                 all.push([low, high]);
                 continue;
             }
@@ -100,7 +101,7 @@ impl Strips<'_> {
         all
     }
 
-    /// A number that tells which outlines bound what is left uncovered of a parallel, in their order.
+    /// Returns a number that identifies the outlines that bound the uncovered intervals of a parallel, in their order.
     fn order(&self, z: f64, covered: &mut Vec<[End; 2]>) -> u64 {
         let (mut order, (z, rho)) = (1, height(z));
         self.uncovered(z, rho, covered, |from, to| {
@@ -112,7 +113,7 @@ impl Strips<'_> {
         order
     }
 
-    /// A height at which the order ceases to be the expected one, between a height with it and one without.
+    /// Returns a height at which the order ceases to be the expected one, between a height with it and one without.
     fn change(&self, expected: u64, mut with: f64, mut without: f64, covered: &mut Vec<[End; 2]>) -> f64 {
         loop {
             let middle = 0.5 * (with + without);
@@ -140,33 +141,33 @@ impl Strips<'_> {
         if covered.len() > 1 {
             covered.sort_unstable_by(|a, b| a[0].0.sin.total_cmp(&b[0].0.sin));
         }
-        let mut reached: End = (lune.terminator(), None);
+        let mut covered_to: End = (lune.terminator(), None);
         for &[low, high] in &*covered {
-            if low.0.sin > reached.0.sin {
-                between(reached, low);
+            if low.0.sin > covered_to.0.sin {
+                between(covered_to, low);
             }
-            if high.0.sin > reached.0.sin {
-                reached = high;
+            if high.0.sin > covered_to.0.sin {
+                covered_to = high;
             }
         }
         let limb = lune.limb();
-        if limb.sin > reached.0.sin {
-            between(reached, (limb, None));
+        if limb.sin > covered_to.0.sin {
+            between(covered_to, (limb, None));
         }
     }
 
-    /// Whether an outline reaches the strip between two heights.
-    fn is_reached(&self, low: f64, high: f64) -> bool {
-        self.outlines.iter().any(|outline| outline.reaches(low, high))
+    /// Returns whether an outline covers a part of the strip between two heights.
+    fn is_covered(&self, low: f64, high: f64) -> bool {
+        self.outlines.iter().any(|outline| outline.meets_parallels(low, high))
     }
 
-    /// Whether the strip between two heights has a closed form, since no outline reaches it.
-    fn is_bare(&self, low: f64, high: f64) -> bool {
-        self.kernel.constant.is_some() && !self.is_reached(low, high)
+    /// Returns whether the strip between two heights has a closed form, since no outline covers a part of it.
+    fn has_closed_form(&self, low: f64, high: f64) -> bool {
+        self.kernel.constant.is_some() && !self.is_covered(low, high)
     }
 
-    /// The integral of the brightness along what no outline covers of a parallel, as that of
-    /// [`ScatteringKernel::between`].
+    /// Returns the integral of the brightness over the uncovered intervals of a parallel, as
+    /// [`ScatteringKernel::between`] does for one interval.
     fn parallel<const W: usize>(
         &self,
         z: f64,
@@ -194,14 +195,14 @@ impl Strips<'_> {
         sums
     }
 
-    /// The brightness over a b c; if W is four, then its sums with the components of u along p + q, across it
-    /// and along the pole.
+    /// Returns the brightness over a b c; if W is four, then also the integrals of the brightness times the components
+    /// of u along p + q, across it and along the pole.
     pub fn light<const W: usize>(&self, interrupt: &mut InterruptCheck) -> Result<[f64; W]> {
         let mut covered = Vec::with_capacity(self.outlines.len());
         let mut total = [0.0; W];
         for [low, high] in self.panels() {
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-            if self.is_bare(low, high) {
+            if self.has_closed_form(low, high) {
                 let lune = self.kernel.lune;
                 let all: [f64; W] =
                     self.kernel.between(lune.terminator(), lune.limb(), 1.0, 1.0, interrupt)?;
@@ -223,12 +224,12 @@ impl Strips<'_> {
         Ok(total)
     }
 
-    /// The brightness over a b c with its derivatives, and what the shift of each outline does to it.
-    /// `hiding` are the ellipsoids of the outlines, and `lights` the directions to the observer and to the
+    /// Returns the brightness over a b c with its derivatives, and the moments that give the effect of a shift of each
+    /// outline. `hiding` are the ellipsoids of the outlines, and `lights` the directions to the observer and to the
     /// Sun, in the ellipsoid's frame.
     pub fn partials(
         &self,
-        hiding: &[Hiding],
+        hiding: &[HidingEllipsoid],
         lights: &[Vec3; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<([f64; PARTIALS], Vec<StripMoments>)> {
@@ -241,7 +242,7 @@ impl Strips<'_> {
         tolerances.iter_mut().for_each(|t| *t *= ACROSS);
         for [low, high] in self.panels() {
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-            if self.is_bare(low, high) {
+            if self.has_closed_form(low, high) {
                 let lune = self.kernel.lune;
                 let [across, along, _] = widths(low, high);
                 // The third of the derivatives with respect to p and q is that along the pole, with z in
@@ -286,8 +287,8 @@ impl Strips<'_> {
         Ok((total, moments))
     }
 
-    /// The place on its outline of an end, and the rate at which the brightness over abc rises with half the
-    /// outline's level.
+    /// Returns the tangent point on the hiding ellipsoid's unit sphere that belongs to an end, and the rate at which
+    /// the brightness over abc rises with half the outline's level.
     fn flux(&self, (l, end): End, z: f64, rho: f64) -> Option<(Vec3, f64)> {
         let (index, upper) = end?;
         let outline = &self.outlines[index];
@@ -305,7 +306,7 @@ impl Strips<'_> {
         z: f64,
         rho: f64,
         weight: f64,
-        hiding: &[Hiding],
+        hiding: &[HidingEllipsoid],
         lights: &[Vec3; 2],
         moments: &mut [StripMoments],
     ) {
@@ -314,29 +315,30 @@ impl Strips<'_> {
         let u = self.kernel.lune.point(end.0, z, rho);
         let surface = u.component_mul(self.kernel.semi_axes);
         let tangent = hiding.centre + hiding.rotation * v.component_mul(&hiding.semi_axes);
-        let reach = (tangent - surface).dot(&lights[hiding.light as usize]);
+        let depth = (tangent - surface).dot(&lights[hiding.light as usize]);
         let weighted = v * (weight * flux);
         sums.v += weighted;
-        sums.reach_v += weighted * reach;
+        sums.depth_v += weighted * depth;
         sums.v_u += weighted * u.transpose();
         sums.v_v += weighted * v.transpose();
     }
 }
 
-/// The function t (3 - t^2) / 2, which takes -1 to 1 to the same and makes square roots at both ends smooth,
-/// and its derivative.
+/// Returns t (3 - t^2) / 2, which maps [-1, 1] to itself and makes square roots at both ends smooth, and its
+/// derivative.
 fn smoothed(t: f64) -> (f64, f64) {
     (0.5 * t * (3.0 - t * t), 1.5 * (1.0 - t * t))
 }
 
-/// The integrals over the height of the radius of the parallel, of the height, and of the product of both.
+/// Returns the integrals over the height of the radius of the parallel, of the height, and of the product of both.
 fn widths(low: f64, high: f64) -> [f64; 3] {
-    let of = |(z, rho): (f64, f64)| [0.5 * (z * rho + z.atan2(rho)), 0.5 * z * z, -rho.powi(3) / 3.0];
-    let (high, low) = (of(height(high)), of(height(low)));
+    let antiderivatives =
+        |(z, rho): (f64, f64)| [0.5 * (z * rho + z.atan2(rho)), 0.5 * z * z, -rho.powi(3) / 3.0];
+    let (high, low) = (antiderivatives(height(high)), antiderivatives(height(low)));
     [0, 1, 2].map(|k| high[k] - low[k])
 }
 
-/// A height on the sphere and the radius of its parallel.
+/// Returns a height, clamped to the sphere, and the radius of its parallel.
 fn height(z: f64) -> (f64, f64) {
     let z = z.clamp(-1.0, 1.0);
     (z, ((1.0 - z) * (1.0 + z)).sqrt())

@@ -1,10 +1,10 @@
 //! Integrals of a scattering law along arcs of a ring on the unit sphere of an ellipsoid.
 //!
 //! A Gauss rule is chosen once for an ellipsoid: the smallest that agrees with the next one on arcs of some rings. Where
-//! a law is not smooth, an arc is the sum or difference of two that begin there, and on each the nodes follow from the
-//! substitution t^p. With an exponent of the cosine that is no whole number the integrand goes to zero at the limb with a
-//! power that is not whole either, which the substitution makes large. Near a peak it makes the nodes dense. What no
-//! rule serves is integrated adaptively.
+//! a law is not smooth, an arc is the sum or difference of two arcs that begin at that point, and on each the nodes
+//! follow from the substitution t^p. If the exponent of the cosine is not an integer, the integrand goes to zero at the
+//! limb with a power that is not an integer either, which the substitution makes large. Near a peak the substitution
+//! makes the nodes dense. Arcs for which no rule is accurate are integrated adaptively.
 
 use super::law::{LIMB, Law, Roughness};
 use super::sphere::{Region, wrapped};
@@ -25,10 +25,10 @@ const ORDERS: [usize; 6] = [16, 32, 48, 64, 96, 144];
 const PEAK: usize = 3;
 /// Heights of rings on which rules are compared, between the lowest and the highest ring of the echo.
 const HEIGHTS: [f64; 5] = [-0.9, -0.5, 0.0, 0.5, 0.9];
-/// The shares of an arc that are cut off at both its ends, where a law is not smooth.
-const SHORTER: [f64; 2] = [0.0, 0.1];
-/// The least distance of an arc from the limb, in its own length, from which on the limb has no effect.
-const APART: f64 = 0.125;
+/// The shares of an arc by which it is shortened at both ends for the comparison of rules, where a law is not smooth.
+const SHORTENING: [f64; 2] = [0.0, 0.1];
+/// The distance of an arc from the limb, in lengths of the arc, from which on the limb has no effect on the rule.
+const LIMB_DISTANCE: f64 = 0.125;
 /// The largest shift of the longitude of a peak with the height, which is linear near the peak alone.
 const LARGEST_SHIFT: f64 = 0.2;
 /// The largest half of a ring's arc from limb to limb; a longer one has both limbs near each other.
@@ -41,14 +41,14 @@ struct Rule {
     weights: Vec<f64>,
 }
 
-/// For each power p of the substitution t^p on [0, 1] the rules, after those without one on [-1, 1].
+/// The rules on [-1, 1] without a substitution, and then for each power p those on [0, 1] with the substitution t^p.
 static RULES: LazyLock<Vec<[Rule; ORDERS.len()]>> = LazyLock::new(|| {
-    let plain = ORDERS.map(|order| Rule::new(order, |x| [x, 1.0]));
+    let unsubstituted = ORDERS.map(|order| Rule::new(order, |x| [x, 1.0]));
     let substituted = |p: i32| {
         let map = move |t: f64| [t.powi(p), 0.5 * f64::from(p) * t.powi(p - 1)];
         ORDERS.map(|order| Rule::new(order, |x| map(0.5 * (1.0 + x))))
     };
-    std::iter::once(plain).chain((1..=LIMB as i32).map(substituted)).collect()
+    std::iter::once(unsubstituted).chain((1..=LIMB as i32).map(substituted)).collect()
 });
 
 impl Rule {
@@ -59,8 +59,8 @@ impl Rule {
         let size = order.next_multiple_of(BLOCK);
         let (mut nodes, mut weights) = (vec![0.5; size], vec![0.0; size]);
         for (k, (x, weight)) in rule.nodes().zip(rule.weights()).enumerate() {
-            let [node, slope] = map(*x);
-            (nodes[k], weights[k]) = (node, weight * slope);
+            let [node, derivative] = map(*x);
+            (nodes[k], weights[k]) = (node, weight * derivative);
         }
         Self { nodes, weights }
     }
@@ -88,7 +88,7 @@ pub struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// Takes what is integrated, and chooses the rule for the arcs of a region.
+    /// Takes the law and the ellipsoid, and chooses the rule for the arcs of a region.
     pub fn new(
         law: &'a Law,
         semi_axes: &Vec3,
@@ -118,14 +118,14 @@ impl<'a> Surface<'a> {
             let rho = peak.x.hypot(peak.y);
             let along = Vec3::new(-peak.y, peak.x, 0.0);
             let up = Vec3::new(-peak.x * peak.z, -peak.y * peak.z, rho * rho) / (rho * rho);
-            let slope = -up.dot(&(form * along)) / along.dot(&(form * along));
+            let derivative = -up.dot(&(form * along)) / along.dot(&(form * along));
             // A peak at the pole has no longitude.
-            surface.slope = if slope.is_finite() { slope } else { 0.0 };
+            surface.slope = if derivative.is_finite() { derivative } else { 0.0 };
         }
         let mut arcs = Vec::new();
         let (low, high) = (heights.first().map_or(0.0, |z| *z), heights.last().map_or(0.0, |z| *z));
         let rings = HEIGHTS.map(|share| 0.5 * (low + high + share * (high - low)));
-        let shares: &[f64] = if law.roughness() == Roughness::None { &[0.0] } else { &SHORTER };
+        let shares: &[f64] = if law.roughness() == Roughness::None { &[0.0] } else { &SHORTENING };
         for z in rings.into_iter().chain([peak.z]) {
             region.arcs(z, |from, to| {
                 arcs.extend(
@@ -195,9 +195,9 @@ impl<'a> Surface<'a> {
             let ring = ring.about(base);
             self.volume * length * self.arch.dispatch(Sum { law: self.law, ring: &ring, rule, length })
         };
-        let plain = || piece(0, 0.5 * (from + to), 0.5 * (to - from));
+        let unsubstituted = || piece(0, 0.5 * (from + to), 0.5 * (to - from));
         let power = match self.law.roughness() {
-            Roughness::None => return Some(plain()),
+            Roughness::None => return Some(unsubstituted()),
             Roughness::Limb(power) => power,
             Roughness::Peak => {
                 let peak = self.azimuth(z);
@@ -212,8 +212,8 @@ impl<'a> Surface<'a> {
         let start = wrapped(0.5 * (from + to) - azimuth) - 0.5 * (to - from);
         let (start, end) = (start.max(-half), (start + to - from).min(half));
         let length = end - start;
-        if (half + start).min(half - end) >= APART * length {
-            return Some(plain());
+        if (half + start).min(half - end) >= LIMB_DISTANCE * length {
+            return Some(unsubstituted());
         }
         // The integrals from one limb; they are exact up to a share of the distance to the other one.
         let lower = |end: f64| if end > -half { piece(power, azimuth - half, end + half) } else { 0.0 };
@@ -262,13 +262,13 @@ impl Ring {
     /// Returns the same functions of the longitude from a base.
     fn about(&self, base: f64) -> Self {
         let (sin, cos) = base.sin_cos();
-        let turned = |[x, y]: [f64; 2], sin: f64, cos: f64| [x * cos + y * sin, y * cos - x * sin];
+        let rotated = |[x, y]: [f64; 2], sin: f64, cos: f64| [x * cos + y * sin, y * cos - x * sin];
         Self {
             constant: self.constant,
-            linear: turned(self.linear, sin, cos),
-            double: turned(self.double, 2.0 * sin * cos, (cos - sin) * (cos + sin)),
+            linear: rotated(self.linear, sin, cos),
+            double: rotated(self.double, 2.0 * sin * cos, (cos - sin) * (cos + sin)),
             along: self.along,
-            across: turned(self.across, sin, cos),
+            across: rotated(self.across, sin, cos),
         }
     }
 

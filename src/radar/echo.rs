@@ -1,6 +1,6 @@
 //! The echoes of bodies at one time or at many.
 
-use super::ellipsoid::{Ellipsoid, Hiding, Linear};
+use super::ellipsoid::{Ellipsoid, HidingEllipsoid, Linear};
 use super::facets::Facets;
 use super::law::Law;
 use crate::error::{Error, Result, require_finite};
@@ -193,7 +193,7 @@ impl Radar {
         power: &mut [f64],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let (directions, placed) = (snapshot.directions(body), snapshot.placed(body));
+        let (directions, pose) = (snapshot.directions(body), snapshot.pose(body));
         if (directions[0] + directions[1]).norm() < 1e-6 {
             let what = format!("transmitter as seen from {}", self.scene.bodies[body].name);
             return Err(Error::invalid(
@@ -202,7 +202,7 @@ impl Radar {
                 "one on the same side",
             ));
         }
-        let (law, rotation) = (&self.laws[body], &placed.rotation);
+        let (law, rotation) = (&self.laws[body], &pose.rotation);
         let in_frame = |k: usize, rotation: &Mat3, position: &Vec3| Linear {
             at_centre: echo.at_centre[k] + echo.gradients[k].dot(position),
             gradient: rotate_back(rotation, &echo.gradients[k]),
@@ -216,7 +216,7 @@ impl Radar {
             }
             return Ok(());
         }
-        if placed.semi_axes.min() <= 0.0 {
+        if pose.semi_axes.min() <= 0.0 {
             // A point mass has no surface.
             return Ok(());
         }
@@ -228,12 +228,16 @@ impl Radar {
                 let matrix = relative
                     * Mat3::from_diagonal(&other.semi_axes.map(|a| (a * a).recip()))
                     * relative.transpose();
-                let centre = rotation.tr_mul(&(other.position - placed.position));
-                Hiding { direction: rotate_back(rotation, &directions[light as usize]), centre, matrix }
+                let centre = rotation.tr_mul(&(other.position - pose.position));
+                HidingEllipsoid {
+                    direction: rotate_back(rotation, &directions[light as usize]),
+                    centre,
+                    matrix,
+                }
             });
         let [frequency, delay] = [0, 1].map(|k| in_frame(k, rotation, &Vec3::zeros()));
         Ellipsoid {
-            semi_axes: placed.semi_axes,
+            semi_axes: pose.semi_axes,
             law,
             directions: directions.map(|direction| rotate_back(rotation, &direction)),
             hiding: hiding.collect(),

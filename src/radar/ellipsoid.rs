@@ -40,7 +40,7 @@ pub struct Linear {
 
 /// An ellipsoid that hides one of the two directions from another one, in the axes of that one.
 #[derive(Debug, Clone, Copy)]
-pub struct Hiding {
+pub struct HidingEllipsoid {
     /// The direction to the antenna.
     pub direction: Vec3,
     /// The centre of the hiding ellipsoid from that of the other one.
@@ -56,7 +56,7 @@ pub struct Ellipsoid<'a> {
     pub law: &'a Law,
     /// Unit vectors to the receiver and to the transmitter.
     pub directions: [Vec3; 2],
-    pub hiding: Vec<Hiding>,
+    pub hiding: Vec<HidingEllipsoid>,
     pub frequency: Linear,
     pub delay: Linear,
     /// The time, which an interruption names.
@@ -156,7 +156,7 @@ impl Ellipsoid<'_> {
         let zones = Zones { surface, edges, tolerance, time: self.time };
         if delays.is_empty() {
             let sums = zones.below(&mut region, visible, interrupt)?;
-            zones.add_bins(&region, &vec![0.0; sums.len()], &sums, power);
+            zones.add_bins(&region, [&vec![0.0; sums.len()], &sums], power);
             return Ok(());
         }
         let gradient = stretched.tr_mul(&self.delay.gradient);
@@ -176,7 +176,7 @@ impl Ellipsoid<'_> {
         })?;
         let rows = power.chunks_exact_mut(frequencies.len() - 1);
         for ((limits, sums), power) in limits.windows(2).zip(all.windows(2)).zip(rows) {
-            zones.add_bins(&region.within(&[limits[0].flipped(), limits[1]]), &sums[0], &sums[1], power);
+            zones.add_bins(&region.within(&[limits[0].flipped(), limits[1]]), [&sums[0], &sums[1]], power);
         }
         Ok(())
     }
@@ -192,7 +192,7 @@ struct Zones<'a> {
 }
 
 impl Zones<'_> {
-    /// Returns the echo of a region below each edge, given the heights between which its arcs are smooth.
+    /// Returns the echo of a region below each edge of frequency, given the heights between which its arcs are smooth.
     fn below(
         &self,
         region: &mut Region,
@@ -239,22 +239,22 @@ impl Zones<'_> {
         Ok(sums)
     }
 
-    /// Adds to `power` the echo in each bin, given the echoes below its edges up to a delay and up to a later one. The
-    /// bins beyond the region between the two delays have none.
-    fn add_bins(&self, region: &Region, before: &[f64], after: &[f64], power: &mut [f64]) {
+    /// Adds to `power` the echo in each bin, given the echoes below its edges up to two delays. The bins beyond the region
+    /// between the two delays have none.
+    fn add_bins(&self, region: &Region, [lower, upper]: [&[f64]; 2], power: &mut [f64]) {
         let heights = region.corners();
         let (Some(&lowest), Some(&highest)) = (heights.first(), heights.last()) else { return };
         for (k, power) in power.iter_mut().enumerate() {
             if self.edges[k] < highest && self.edges[k + 1] > lowest {
-                *power += ((after[k + 1] - after[k]) - (before[k + 1] - before[k])).max(0.0);
+                *power += ((upper[k + 1] - upper[k]) - (lower[k + 1] - lower[k])).max(0.0);
             }
         }
     }
 }
 
-impl Hiding {
-    /// The part of the other ellipsoid's sphere that is not hidden, x = A s = stretched s': outside of the cylinder
-    /// along the direction.
+impl HidingEllipsoid {
+    /// Returns the part of the other ellipsoid's sphere that is not hidden, x = A s = stretched s': the part outside of
+    /// the cylinder along the direction.
     fn quadric(&self, stretched: &Mat3) -> Quadric {
         let along = self.matrix * self.direction;
         let section = self.matrix - along * along.transpose() / along.dot(&self.direction);

@@ -1,7 +1,7 @@
 //! The echo of facets in bins of frequency and of delay.
 //!
 //! On a facet the cosine of incidence is constant, and delay and frequency are linear functions of the position. What
-//! others leave of a facet are convex polygons: each is cut at the edges of the bins of delay, and the area of a
+//! others do not hide of a facet are convex polygons: each is cut at the edges of the bins of delay, and the area of a
 //! triangle below a frequency is a quadratic function of it on either side of the middle corner.
 
 use super::ellipsoid::Linear;
@@ -11,8 +11,9 @@ use crate::interrupt::InterruptCheck;
 use crate::math::ascending;
 use crate::photometry::{Corner, FacetedPart, Region};
 
-/// The number of facets between two interrupt checks, and units of work of a facet of which a part may be hidden.
+/// The number of facets between two interrupt checks.
 const GROUP: usize = 512;
+/// Units of work of a facet of which a part may be hidden.
 const WORK: u64 = 20;
 
 /// A corner of a polygon on a facet: its coordinates in shares of the first two sides, its frequency and its delay.
@@ -59,7 +60,7 @@ impl Facets<'_> {
                 continue;
             }
             let strength = self.law.cross_section(cosine) * facet.area;
-            if !self.part.leave(facet, Some((index, [mu, mu0])), &mut region) {
+            if !self.part.clip(facet, Some((index, [mu, mu0])), &mut region) {
                 region.reset();
             }
             interrupt.charge(WORK, self.time)?;
@@ -130,9 +131,9 @@ fn split(polygon: &mut Vec<Vertex>, below: &mut Vec<Vertex>, limit: f64) {
             let share = from / (from - to);
             let between = |one: f64, other: f64| one + share * (other - one);
             let at = [0, 1].map(|i| between(vertex.at[i], next.at[i]));
-            let cut = Vertex { at, frequency: between(vertex.frequency, next.frequency), delay: limit };
-            below.push(cut);
-            above.push(cut);
+            let crossing = Vertex { at, frequency: between(vertex.frequency, next.frequency), delay: limit };
+            below.push(crossing);
+            above.push(crossing);
         }
     }
     *polygon = if above.len() > 2 { above } else { Vec::new() };

@@ -27,13 +27,13 @@ pub enum Kind {
     Hagfors,
 }
 
-/// Where a law changes fast or is not smooth as a function of the position.
+/// The kind of position at which a law changes fast or is not smooth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Roughness {
     /// The law is smooth everywhere.
     None,
-    /// The law goes to zero at the limb with a power that is no whole number: this power of a substitution makes it
-    /// large.
+    /// The law goes to zero at the limb with a power that is not an integer. The substitution with this power makes the
+    /// resulting power large.
     Limb(usize),
     /// The law has a peak at normal incidence.
     Peak,
@@ -87,8 +87,8 @@ impl Law {
                 return Err(Error::invalid(what, value, format!("a number from {least} to {LARGEST}")));
             }
         }
-        let whole = kind == Kind::Cosine && (2.0 * c).fract() == 0.0 && c < 16.0;
-        let power = whole.then_some((2.0 * c) as u32);
+        let is_power = kind == Kind::Cosine && (2.0 * c).fract() == 0.0 && c < 16.0;
+        let power = is_power.then_some((2.0 * c) as u32);
         let mut law = Self { kind, c, factor: factor * reflectivity, least_cosine, power, albedo: 0.0 };
         // The substitution 1 - t^6 finds any peak.
         let range = 1.0 - least_cosine;
@@ -97,7 +97,7 @@ impl Law {
         Ok(law)
     }
 
-    /// Returns where the law changes fast or is not smooth.
+    /// Returns the kind of position at which the law changes fast or is not smooth.
     pub fn roughness(&self) -> Roughness {
         match (self.kind, self.power) {
             (Kind::Cosine, _) if self.c >= PEAK => Roughness::Peak,
@@ -146,8 +146,8 @@ impl Law {
                 length_squared.sqrt() * exp((one - inverse) * self.c) * inverse * inverse
             }
             (Kind::Hagfors, _) => {
-                let rest = (length_squared - square) * length_squared;
-                let inverse = length_squared / square.mul_add(square, rest * self.c);
+                let sine_term = (length_squared - square) * length_squared;
+                let inverse = length_squared / square.mul_add(square, sine_term * self.c);
                 inverse * inverse.sqrt() * length_squared * length_squared
             }
         };
@@ -160,7 +160,7 @@ pub const LIMB: f64 = 7.0;
 /// The exponent C from which on the cosine law has a peak.
 const PEAK: f64 = 3.0;
 
-/// The least cosine with which the laws are evaluated, since its powers are no zeros yet.
+/// The least cosine with which the laws are evaluated; its powers do not underflow to zero.
 const LEAST: f64 = 1e-30;
 
 /// The largest C and R, far above those of any surface.

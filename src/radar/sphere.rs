@@ -9,7 +9,7 @@ use crate::integrate::polynomial_roots;
 use crate::math::{Mat3, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// The half of the sphere, or less or more of it, where normal.s + offset > 0, with a normal of unit length.
+/// The cap of the sphere where normal.s + offset > 0, with a normal of unit length.
 #[derive(Debug, Clone, Copy)]
 pub struct Plane {
     normal: Vec3,
@@ -44,8 +44,8 @@ struct Arc {
     between: [u64; 2],
 }
 
-/// Replaces arcs by their parts within some others, which are those of the plane or quadric with an index.
-fn cut(arcs: &mut Vec<Arc>, parts: &mut Vec<Arc>, others: &[[f64; 2]], index: u64) {
+/// Replaces arcs by their intersections with other arcs, which are those of the plane or quadric with an index.
+fn intersect(arcs: &mut Vec<Arc>, parts: &mut Vec<Arc>, others: &[[f64; 2]], index: u64) {
     parts.clear();
     for Arc { ends: [from, to], between } in &*arcs {
         for &[low, high] in others {
@@ -61,9 +61,9 @@ fn cut(arcs: &mut Vec<Arc>, parts: &mut Vec<Arc>, others: &[[f64; 2]], index: u6
                 let (low, high) = (low + nearest + turn, high + nearest + turn);
                 let ends = [from.max(low), to.min(high)];
                 if ends[1] > ends[0] {
-                    let before = if low > *from { index } else { between[0] };
-                    let after = if high < *to { index } else { between[1] };
-                    parts.push(Arc { ends, between: [before, after] });
+                    let start = if low > *from { index } else { between[0] };
+                    let end = if high < *to { index } else { between[1] };
+                    parts.push(Arc { ends, between: [start, end] });
                 }
             }
         }
@@ -89,11 +89,12 @@ impl Plane {
         Self { normal, offset: offset * scale, across, azimuth: normal.y.atan2(normal.x) }
     }
 
-    /// Returns the plane that leaves what this one cuts off.
+    /// Returns the plane with the opposite inner side.
     pub fn flipped(&self) -> Self {
         Self::new(&-self.normal, -self.offset)
     }
 
+    /// Returns normal.s + offset.
     fn value(&self, s: &Vec3) -> f64 {
         self.normal.dot(s) + self.offset
     }
@@ -113,20 +114,20 @@ impl Plane {
                 self.across.powi(2),
             );
             let upward = upward.try_normalize(1e-150).unwrap_or(Vec3::x()) * square.sqrt();
-            [upward, -upward].into_iter().for_each(|way| take(way - self.normal * self.offset));
+            [upward, -upward].into_iter().for_each(|offset| take(offset - self.normal * self.offset));
         }
     }
 
     /// Calls `take` with the points of the sphere that are on two planes.
-    fn meets(&self, other: &Self, take: &mut impl FnMut(Vec3)) {
+    fn intersections(&self, other: &Self, take: &mut impl FnMut(Vec3)) {
         let along = self.normal.cross(&other.normal);
         let square = along.norm_squared();
         let nearest =
             (other.normal.cross(&along) * -self.offset + along.cross(&self.normal) * -other.offset) / square;
-        let left = (1.0 - nearest.norm_squared()) / square;
-        if square > 1e-28 && left > 0.0 {
-            let way = along * left.sqrt();
-            [way, -way].into_iter().for_each(|way| take(nearest + way));
+        let square_length = (1.0 - nearest.norm_squared()) / square;
+        if square > 1e-28 && square_length > 0.0 {
+            let offset = along * square_length.sqrt();
+            [offset, -offset].into_iter().for_each(|offset| take(nearest + offset));
         }
     }
 }
@@ -206,19 +207,19 @@ impl Region {
                 arcs.clear();
             } else if level < across {
                 let half = (-level / across).acos();
-                cut(arcs, parts, &[[plane.azimuth - half, plane.azimuth + half]], index);
+                intersect(arcs, parts, &[[plane.azimuth - half, plane.azimuth + half]], index);
             }
         }
         for (index, quadric) in (planes.len() as u64 + 1..).zip(&*quadrics) {
             if !arcs.is_empty() {
                 quadric.arcs(z, rho, crossings);
-                cut(arcs, parts, crossings, index);
+                intersect(arcs, parts, crossings, index);
             }
         }
         let mut signature = 0_u64;
-        for Arc { ends: [from, to], between: [before, after] } in &*arcs {
+        for Arc { ends: [from, to], between: [start, end] } in &*arcs {
             take(*from, *to);
-            signature = signature.wrapping_add((1 + 31 * before + after).pow(2));
+            signature = signature.wrapping_add((1 + 31 * start + end).pow(2));
         }
         signature
     }
@@ -236,7 +237,7 @@ impl Region {
         [1.0, -1.0].into_iter().for_each(|z| add(Vec3::z() * z));
         for (k, plane) in self.planes.iter().enumerate() {
             plane.extremes(&mut add);
-            self.planes[..k].iter().for_each(|other| plane.meets(other, &mut add));
+            self.planes[..k].iter().for_each(|other| plane.intersections(other, &mut add));
         }
         heights.sort_unstable_by(f64::total_cmp);
         heights.dedup_by(|one, other| *one - *other < MARGIN);

@@ -9,6 +9,7 @@ use super::{InputPart, Part, Placement, Shape};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
 use crate::math::{Mat3, Vec3};
+use std::convert::Infallible;
 
 /// The parts of a composite in their principal frame.
 pub(super) struct Assembly {
@@ -93,7 +94,7 @@ fn outer(parts: &[Part]) -> Vec<usize> {
     let bounding_box = |&part: &usize| {
         let (centre, reach) = (parts[part].position(), (1.0 + 2.0 * ROOM) * parts[part].shape.circumradius());
         let rounding = 4.0 * f64::EPSILON * (centre.amax() + reach);
-        BoundingBox::of(&[centre.add_scalar(-reach - rounding), centre.add_scalar(reach + rounding)])
+        BoundingBox::around(&[centre.add_scalar(-reach - rounding), centre.add_scalar(reach + rounding)])
     };
     let tree = Tree::new(&extended.iter().map(bounding_box).collect::<Vec<_>>());
     let hidden = |k: usize| {
@@ -102,10 +103,11 @@ fn outer(parts: &[Part]) -> Vec<usize> {
             let hides = other != k
                 && inside(&parts[k], &parts[other])
                 && (other < k || !inside(&parts[other], &parts[k]));
-            if hides { 0.0 } else { 1.0 }
+            Ok::<f64, Infallible>(if hides { 0.0 } else { 1.0 })
         };
         let bound = |block: &BoundingBox| if block.distance(&parts[k].position()) > 0.0 { 1.0 } else { 0.0 };
-        tree.least(1.0, bound, not_hidden_by) == 0.0
+        let Ok(least) = tree.least(1.0, bound, not_hidden_by);
+        least == 0.0
     };
     (0..parts.len()).filter(|&k| !hidden(k)).collect()
 }

@@ -16,6 +16,7 @@
 
 use super::{Placement, Shape, gap_between};
 use crate::error::{Error, Result};
+use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
 
 /// The factor by which two bodies must grow, each about its centre, to touch.
@@ -73,30 +74,35 @@ impl Growth {
 
 /// Returns the factor by which two bodies must grow to touch.
 ///
-/// `separation` runs from the first centre to the second; the matrices rotate the body frames into its frame.
+/// `separation` runs from the first centre to the second; the matrices rotate the body frames into its frame. An
+/// interruption names `time`.
+///
+/// # Errors
+/// [`Error::Interrupted`].
 pub fn growth(
-    first: &Shape,
-    second: &Shape,
+    shapes: [&Shape; 2],
     separation: &Vec3,
-    rotation_first: &Mat3,
-    rotation_second: &Mat3,
-) -> Growth {
+    rotations: [&Mat3; 2],
+    time: f64,
+    interrupt: &mut InterruptCheck,
+) -> Result<Growth> {
     let largest = separation.amax();
     if largest == 0.0 {
-        return Growth { factor: 0.0, uncertainty: 0.0 };
+        return Ok(Growth { factor: 0.0, uncertainty: 0.0 });
     }
-    if let Some(gap) = gap_between([first, second], separation, [rotation_first, rotation_second]) {
-        return shrinkage(gap, separation.norm(), first.circumradius() + second.circumradius());
+    let radii = shapes.map(Shape::circumradius);
+    if let Some(gap) = gap_between(shapes, separation, rotations, time, interrupt)? {
+        return Ok(shrinkage(gap, separation.norm(), radii[0] + radii[1]));
     }
-    let scale = first.circumradius().max(second.circumradius());
+    let scale = radii[0].max(radii[1]);
     if scale == 0.0 {
-        return Growth { factor: f64::INFINITY, uncertainty: 0.0 };
+        return Ok(Growth { factor: f64::INFINITY, uncertainty: 0.0 });
     }
     // In units of the larger body and of the separation, no number over- or underflows.
     let separation = separation / largest;
-    let bodies = [Axes::new(first, rotation_first, scale), Axes::new(second, rotation_second, scale)];
+    let bodies = [0, 1].map(|k| Axes::new(shapes[k], rotations[k], scale));
     let unit = TwoEllipsoids { bodies, direction: separation.normalize() }.growth();
-    Growth { factor: unit.factor * (largest / scale * separation.norm()), ..unit }
+    Ok(Growth { factor: unit.factor * (largest / scale * separation.norm()), ..unit })
 }
 
 /// Returns a measure like growth for two shapes of which at least one is a polyhedron. They need not be
@@ -109,18 +115,6 @@ fn shrinkage(gap: f64, distance: f64, circumradii: f64) -> Growth {
         factor: distance / remaining,
         uncertainty: 8.0 * f64::EPSILON * (distance + circumradii) / remaining,
     }
-}
-
-/// Returns the contact function of Perram & Wertheim: the square of the factor by which two bodies must grow
-/// to touch.
-pub fn contact_function(
-    first: &Shape,
-    second: &Shape,
-    separation: &Vec3,
-    rotation_first: &Mat3,
-    rotation_second: &Mat3,
-) -> f64 {
-    growth(first, second, separation, rotation_first, rotation_second).factor.powi(2)
 }
 
 /// The semi-axes of a body, in both frames.

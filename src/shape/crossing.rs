@@ -21,7 +21,7 @@ pub fn first_crossing(
     for (i, face) in faces.iter().enumerate() {
         let mut partner = None;
         let mut tested = 1;
-        tree.meeting(&BoundingBox::of(&corners(*face)), |j| {
+        tree.meeting(&BoundingBox::around(&corners(*face)), |j| {
             let j = j as usize;
             if j > i && partner.is_none_or(|k| j < k) {
                 tested += 1;

@@ -29,7 +29,7 @@ pub struct Horizons {
     faces: Vec<Horizon>,
     /// The faces that make the horizons, and where the list of each face begins, with the end of the last
     /// one; lists that take too much room are left out.
-    hiding: Vec<Hiding>,
+    hiding: Vec<HidingFace>,
     starts: Vec<usize>,
 }
 
@@ -44,7 +44,7 @@ struct Horizon {
 
 /// A face that may hide directions from another one.
 #[derive(Debug, Clone, Copy)]
-pub struct Hiding {
+pub struct HidingFace {
     /// The index of the face.
     pub face: u32,
     /// The sectors in which it does so, as bits.
@@ -128,7 +128,7 @@ impl Horizons {
                         });
                         let plane = (frame.map(|axis| axis.dot(other_normal)), normal.dot(other_normal));
                         let (bits, slope) = raise(&mut slopes, &sectors, &differences, plane);
-                        list.push(Hiding { face: other, sectors: bits, sine: sine(slope) });
+                        list.push(HidingFace { face: other, sectors: bits, sine: sine(slope) });
                     }
                     ControlFlow::Continue(())
                 },

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 const FLATTEST: f64 = 1e-12;
 
 /// Units of work of a solid angle.
-const SOLID_ANGLE: u64 = 10;
+pub const SOLID_ANGLE: u64 = 10;
 
 /// The range of extents in which the volume and the quantities that follow from it neither under- nor
 /// overflow.
@@ -64,7 +64,7 @@ pub fn check_solid(
         return Ok(());
     }
     let blocks: Vec<BoundingBox> =
-        faces.iter().map(|face| BoundingBox::of(&face.map(|v| vertices[v as usize]))).collect();
+        faces.iter().map(|face| BoundingBox::around(&face.map(|v| vertices[v as usize]))).collect();
     let tree = Tree::new(&blocks);
     if let Some([i, j]) = first_crossing(vertices, faces, &tree, interrupt)? {
         return Err(of_face(

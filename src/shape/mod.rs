@@ -27,7 +27,7 @@ mod tree;
 
 pub use body::Body;
 #[doc(hidden)]
-pub use contact::{Growth, contact_function, growth};
+pub use contact::{Growth, growth};
 pub(crate) use distance::least_distance;
 pub use ellipsoid::Ellipsoid;
 pub use facets::Facets;

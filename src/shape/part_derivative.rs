@@ -139,7 +139,7 @@ impl Body {
     ///
     /// # Errors
     /// Returns the errors of [`Self::with_mass`] or [`Self::composite`].
-    pub fn of_mass(&self, mass: f64) -> Result<Self> {
+    pub fn with_total_mass(&self, mass: f64) -> Result<Self> {
         if let Some(facets) = self.facets() {
             return Self::of_facets(self.name.clone(), facets.clone(), mass);
         }
@@ -155,7 +155,7 @@ impl Body {
     ///
     /// # Errors
     /// Returns the errors of [`Self::with_mass`].
-    pub fn of_shape(&self, shape: Shape) -> Result<Self> {
+    pub fn with_shape(&self, shape: Shape) -> Result<Self> {
         Self::with_mass(self.name.clone(), shape, self.mass)
     }
 }

@@ -13,7 +13,7 @@
 use super::distance::{angle_at, between_triangles, closest_point};
 use super::frame::{WorkingFrame, principal_axes, quaternion};
 use super::horizon::Horizons;
-use super::mesh::{Edge, check, check_solid, solid_angle, sums};
+use super::mesh::{Edge, SOLID_ANGLE, check, check_solid, solid_angle, sums};
 use super::moment_cache::{MomentCache, cached_moments};
 use super::tree::{BoundingBox, Tree};
 use crate::error::{Error, Result};
@@ -22,10 +22,13 @@ use crate::math::harmonics::{self, WeightedHarmonics};
 use crate::math::lanes::BLOCK;
 use crate::math::{Mat3, Vec3, triangle};
 use pulp::Arch;
-use std::cell::Cell;
+use std::convert::Infallible;
 use std::mem::discriminant;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
+
+/// Units of work of the distance of two faces.
+const FACE_PAIR: u64 = 20;
 
 /// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal
 /// axes of inertia. Copies share their data.
@@ -148,7 +151,7 @@ impl Polyhedron {
         let axes = principal_axes(&tensor, tensor.trace());
         let vertices: Vec<Vec3> = vertices.iter().map(|v| axes * v).collect();
         let blocks: Vec<BoundingBox> =
-            faces.iter().map(|face| BoundingBox::of(&face.map(|v| vertices[v as usize]))).collect();
+            faces.iter().map(|face| BoundingBox::around(&face.map(|v| vertices[v as usize]))).collect();
         let solid = Solid {
             input_vertices: input_vertices.to_vec(),
             circumradius: faces.iter().map(|face| reach(face, &vertices)).fold(0.0, f64::max),
@@ -231,17 +234,17 @@ impl Polyhedron {
 
     /// Returns the distance and the position of the surface point nearest to a point, at scale one.
     fn closest(&self, point: &Vec3) -> (f64, Vec3) {
-        let nearest = Cell::new((f64::INFINITY, *point));
+        let mut nearest = (f64::INFINITY, *point);
         let to_face = |face: u32, _| {
-            let there = closest_point(point, &self.solid.corners(face));
-            let distance = (there - point).norm();
-            if distance < nearest.get().0 {
-                nearest.set((distance, there));
+            let closest = closest_point(point, &self.solid.corners(face));
+            let distance = (closest - point).norm();
+            if distance < nearest.0 {
+                nearest = (distance, closest);
             }
-            distance
+            Ok::<f64, Infallible>(distance)
         };
-        self.solid.tree.least(f64::INFINITY, |block| block.distance(point), to_face);
-        nearest.get()
+        let Ok(_) = self.solid.tree.least(f64::INFINITY, |block| block.distance(point), to_face);
+        nearest
     }
 
     /// Returns the outward normal at the surface point nearest to a point, and a height over it whose sign
@@ -249,16 +252,16 @@ impl Polyhedron {
     /// weighted by their angles (Baerentzen & Aanaes 2005, IEEE TVCG 11, 243).
     pub fn outward(&self, point: &Vec3) -> (Vec3, f64) {
         let (local, size) = (point / self.scale, self.solid.circumradius);
-        let (distance, there) = self.closest(&local);
+        let (distance, nearest) = self.closest(&local);
         // Faces count as nearest within rounding.
         let most = distance * (1.0 + 1e-12) + 1e-14 * size;
         let (mut normal, mut height) = (Vec3::zeros(), 0.0);
-        let around = BoundingBox::of(&[local.add_scalar(-most), local.add_scalar(most)]);
+        let around = BoundingBox::around(&[local.add_scalar(-most), local.add_scalar(most)]);
         self.solid.tree.meeting(&around, |face| {
             let triangle @ [a, b, c] = self.solid.corners(face);
             let closest = closest_point(&local, &triangle);
             let from = local - closest;
-            if from.norm() <= most && (closest - there).norm() <= 1e-7 * size {
+            if from.norm() <= most && (closest - nearest).norm() <= 1e-7 * size {
                 let face_normal =
                     (b - a).cross(&(c - a)).normalize() * angle_at(&closest, &triangle, 1e-7 * size);
                 normal += face_normal;
@@ -283,29 +286,45 @@ impl Polyhedron {
         Ok(solid.horizons.get_or_init(|| horizons).as_ref())
     }
 
-    /// Returns the least value of a function of faces; `bound` returns a lower bound for all faces in a box.
-    pub fn nearest(&self, bound: impl Fn(&BoundingBox) -> f64, of: impl Fn([Vec3; 3]) -> f64) -> f64 {
+    /// Returns the least value of a function of a face's corners; `bound` returns a lower bound for all faces in a box.
+    pub(super) fn nearest(
+        &self,
+        bound: impl Fn(&BoundingBox) -> f64,
+        mut value: impl FnMut([Vec3; 3]) -> Result<f64>,
+    ) -> Result<f64> {
         let bound = |block: &BoundingBox| bound(&block.scaled(self.scale));
-        self.solid.tree.least(f64::INFINITY, bound, |face, _| of(self.corners(face as usize)))
+        self.solid.tree.least(f64::INFINITY, bound, |face, _| value(self.corners(face as usize)))
     }
 
     /// Returns the distance of the nearest faces of this polyhedron and of another one at this position and
-    /// rotation; zero where they meet.
-    pub fn nearest_to(&self, other: &Self, position: &Vec3, rotation: &Mat3) -> f64 {
-        let whole = self.solid.tree.whole().scaled(self.scale);
+    /// rotation; zero where they meet. `charge` counts work and checks for an interrupt.
+    pub(super) fn nearest_to(
+        &self,
+        other: &Self,
+        position: &Vec3,
+        rotation: &Mat3,
+        charge: &mut impl FnMut(u64) -> Result<()>,
+    ) -> Result<f64> {
+        let bounding_box = self.solid.tree.bounding_box().scaled(self.scale);
         // Each face of the other polyhedron is searched against the tree of this one.
         let bound = |block: &BoundingBox| {
             let (centre, radius) = block.scaled(other.scale).sphere();
-            whole.distance(&(position + rotation * centre)) - radius
+            bounding_box.distance(&(position + rotation * centre)) - radius
         };
-        other.solid.tree.least(f64::INFINITY, bound, |face, most| {
+        other.solid.tree.least(f64::INFINITY, bound, |face, least| {
             let triangle = other.corners(face as usize).map(|v| position + rotation * v);
-            let around = BoundingBox::of(&triangle);
+            let around = BoundingBox::around(&triangle);
             let bound = |block: &BoundingBox| block.scaled(self.scale).apart(&around);
-            self.solid
-                .tree
-                .least(most, bound, |face, _| between_triangles(&self.corners(face as usize), &triangle))
+            self.solid.tree.least(least, bound, |face, _| {
+                charge(FACE_PAIR)?;
+                Ok(between_triangles(&self.corners(face as usize), &triangle))
+            })
         })
+    }
+
+    /// Returns the units of work of [`Self::contains`].
+    pub(super) fn work_of_containment(&self) -> u64 {
+        SOLID_ANGLE * self.faces().len() as u64
     }
 
     /// Returns whether a point lies within the solid. For a point on the surface either answer is possible.

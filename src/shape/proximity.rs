@@ -21,7 +21,7 @@ impl Proximity {
     ///
     /// `separation` runs from the first centre to the second; the matrices rotate the body frames into its
     /// frame. An interruption names `time`.
-    pub fn of(
+    pub fn compute(
         bodies: [&Body; 2],
         separation: &Vec3,
         rotations: [&Mat3; 2],
@@ -56,7 +56,8 @@ impl Proximity {
                     continue;
                 }
                 interrupt.charge(NEAR, time)?;
-                let growth = growth(&a.shape, &b.shape, &r, &rotation_a, &rotation_b).with_levers(
+                let shapes = [&a.shape, &b.shape];
+                let growth = growth(shapes, &r, [&rotation_a, &rotation_b], time, interrupt)?.with_levers(
                     r.norm(),
                     circumradii,
                     [a.placement, b.placement],

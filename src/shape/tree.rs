@@ -14,7 +14,7 @@ pub struct BoundingBox {
 
 impl BoundingBox {
     /// Returns the smallest box that holds these points.
-    pub fn of(points: &[Vec3]) -> Self {
+    pub fn around(points: &[Vec3]) -> Self {
         let (low, high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
         points.iter().fold(Self { low, high }, |b, p| Self { low: b.low.inf(p), high: b.high.sup(p) })
     }
@@ -87,7 +87,7 @@ impl Tree {
             .iter()
             .map(|&i| blocks[i as usize])
             .reduce(|a, b| a.with(&b))
-            .unwrap_or(BoundingBox::of(&[]));
+            .unwrap_or(BoundingBox::around(&[]));
         let index = self.nodes.len();
         self.nodes.push(Node { block, content: Content::Leaf(start..start + items.len()) });
         if items.len() > LEAF {
@@ -104,7 +104,7 @@ impl Tree {
     }
 
     /// Returns the box around all items.
-    pub fn whole(&self) -> BoundingBox {
+    pub fn bounding_box(&self) -> BoundingBox {
         self.nodes[0].block
     }
 
@@ -147,15 +147,18 @@ impl Tree {
         ControlFlow::Continue(())
     }
 
-    /// Returns the least value of `of` over the items that is below `most`; `bound` returns a lower bound for
-    /// all items in a box.
-    pub fn least(
+    /// Returns the least value over the items that is below `limit`, or `limit`. `bound` returns a lower bound for all
+    /// items in a box; `value` takes an item and the least value so far.
+    ///
+    /// # Errors
+    /// Returns the errors of `value`.
+    pub fn least<E>(
         &self,
-        most: f64,
+        limit: f64,
         bound: impl Fn(&BoundingBox) -> f64,
-        mut of: impl FnMut(u32, f64) -> f64,
-    ) -> f64 {
-        let mut best = most;
+        mut value: impl FnMut(u32, f64) -> Result<f64, E>,
+    ) -> Result<f64, E> {
+        let mut best = limit;
         let mut stack = vec![(bound(&self.nodes[0].block), 0)];
         while let Some((least, index)) = stack.pop() {
             if least >= best {
@@ -164,7 +167,7 @@ impl Tree {
             match &self.nodes[index].content {
                 Content::Leaf(range) => {
                     for &item in &self.items[range.clone()] {
-                        best = best.min(of(item, best));
+                        best = best.min(value(item, best)?);
                     }
                 }
                 Content::Branches(second) => {
@@ -178,6 +181,6 @@ impl Tree {
                 }
             }
         }
-        best
+        Ok(best)
     }
 }

@@ -13,8 +13,7 @@ use crate::math::Vec3;
 use crate::shape::{Part, least_distance};
 use pulp::Arch;
 
-/// By how much rounding, and the integration within fixed steps, may exceed the motion for which the bounds
-/// are made.
+/// The relative excess over the bounds that rounding and the integration within fixed steps may cause.
 const MARGIN: f64 = 1e-9;
 
 /// The units of work of a pair in a bound, for [`InterruptCheck`].
@@ -49,7 +48,7 @@ impl Contact {
 /// The check of all pairs of a system for contacts.
 #[derive(Debug, Clone)]
 pub(super) struct Approach {
-    bodies: Vec<Reach>,
+    bodies: Vec<BodyExtent>,
     /// Whether a body has an extent: points cannot overlap.
     extended: bool,
     /// The largest deviation of each body's path from a straight line, without the part that the unknown
@@ -68,13 +67,13 @@ pub(super) struct Approach {
 }
 
 #[derive(Debug, Clone)]
-struct Reach {
+struct BodyExtent {
     name: String,
     /// The parts that can touch another body.
     parts: Vec<Part>,
     radius: f64,
-    /// How far an equivalent mass distribution with the same exterior field extends from the centre: the
-    /// focal ellipses of the parts.
+    /// The extent from the centre of an equivalent mass distribution with the same exterior field: that of the focal
+    /// ellipses of the parts.
     focal: f64,
     /// G times the mass, increased by the tolerance of the quadrature; the masses of voids are added, not
     /// subtracted.
@@ -85,7 +84,7 @@ struct Reach {
 
 impl Approach {
     pub fn new(system: &System) -> Self {
-        let reach = |body: &crate::shape::Body| Reach {
+        let extent = |body: &crate::shape::Body| BodyExtent {
             name: body.name.clone(),
             parts: body.outer_parts().cloned().collect(),
             radius: body.circumradius(),
@@ -99,11 +98,11 @@ impl Approach {
                 * (1.0 + system.settings().gravity_tolerance),
             terms: body.mass_without_signs() / body.mass,
         };
-        let bodies: Vec<Reach> = system.bodies().iter().map(reach).collect();
+        let bodies: Vec<BodyExtent> = system.bodies().iter().map(extent).collect();
         let n = bodies.len();
-        let all: f64 = bodies.iter().map(|body| body.mu).sum();
+        let total: f64 = bodies.iter().map(|body| body.mu).sum();
         let terms = bodies.iter().map(|body| body.terms).fold(1.0, f64::max);
-        let attraction = if n == 2 { all } else { 2.0 * all } * terms;
+        let attraction = if n == 2 { total } else { 2.0 * total } * terms;
         Self {
             extended: n > 1 && bodies.iter().any(|body| body.radius > 0.0),
             bodies,
@@ -120,8 +119,8 @@ impl Approach {
     /// a step.
     ///
     /// The interpolant of the positions belongs to an acceleration. That acceleration is known at the pair's
-    /// own stages, and [`Self::apart`] bounds it at the interpolant's further stages. [`Step::spread`] is how
-    /// far both let the interpolant depart from the chord.
+    /// own stages, and [`Self::are_apart`] bounds it at the interpolant's further stages. [`Step::spread`] bounds
+    /// the distance of the interpolant from the chord that both permit.
     pub fn excludes(
         &mut self,
         arch: Arch,
@@ -150,7 +149,7 @@ impl Approach {
                 .fold(0.0, larger)
         };
         let lines = Lines { layout, time: step.time, start: step.start, end: step.end, tangent: 0.0 };
-        if self.roughly_apart(
+        if self.are_certainly_apart(
             &lines,
             sagitta(largest(first), largest(change)),
             square * change_coefficient,
@@ -162,7 +161,7 @@ impl Approach {
             let squared = |values: &[f64]| vector(values, 3 * body).norm_squared();
             *body_sagitta = sagitta(squared(first), squared(change));
         }
-        self.apart(&lines, square * change_coefficient, interrupt)
+        self.are_apart(&lines, square * change_coefficient, interrupt)
     }
 
     /// Returns whether no two bodies can touch between the ends of a fixed step, on the motion that is
@@ -184,11 +183,11 @@ impl Approach {
         }
         let lines = Lines { layout, time, start, end, tangent: size };
         let weight = 0.5 * size * size;
-        if self.roughly_apart(&lines, 0.0, weight, interrupt)? {
+        if self.are_certainly_apart(&lines, 0.0, weight, interrupt)? {
             return Ok(true);
         }
         self.sagittas.fill(0.0);
-        self.apart(&lines, weight, interrupt)
+        self.are_apart(&lines, weight, interrupt)
     }
 
     /// Returns whether all pairs stay apart where bodies move along their lines, except for their `sagittas`
@@ -199,14 +198,14 @@ impl Approach {
     /// ellipse, which extends p from its centre. If with this acceleration no pair moves further than half
     /// its gap, then no pair has been nearer, and none has touched. The same bound holds for the series of
     /// any degree, whose terms of degree n are at most n + 1 times ((p_1 + p_2) / d)^n of the first.
-    fn apart(&mut self, lines: &Lines, weight: f64, interrupt: &mut InterruptCheck) -> Result<bool> {
+    fn are_apart(&mut self, lines: &Lines, weight: f64, interrupt: &mut InterruptCheck) -> Result<bool> {
         self.attractions.fill(0.0);
         let n = self.bodies.len();
         let mut index = 0;
         for i in 0..n {
             interrupt.charge(PAIR * (n - i) as u64, lines.time)?;
             for j in i + 1..n {
-                let [from, to, along] = lines.of(i, j);
+                let [from, to, along] = lines.separations(i, j);
                 self.nearest[index] =
                     least_distance(&from, &(to - from)).min(least_distance(&from, &(along - from)));
                 let (a, b) = (&self.bodies[i], &self.bodies[j]);
@@ -228,9 +227,9 @@ impl Approach {
         }))
     }
 
-    /// Decides as [`Self::apart`], with the least and the largest values of all pairs in place of each pair's
-    /// own. This is quick and mostly sufficient.
-    fn roughly_apart(
+    /// Returns whether [`Self::are_apart`] is true even with the least and the largest values of all pairs in place of
+    /// the values of each pair. This is quick and mostly sufficient.
+    fn are_certainly_apart(
         &self,
         lines: &Lines,
         sagitta: f64,
@@ -241,13 +240,13 @@ impl Approach {
         for (i, a) in self.bodies.iter().enumerate() {
             interrupt.charge(PAIR * (self.bodies.len() - i) as u64, lines.time)?;
             for (j, b) in self.bodies.iter().enumerate().skip(i + 1) {
-                let [from, to, along] = lines.of(i, j);
-                let way = larger((to - from).norm_squared(), (along - from).norm_squared());
-                let near = (1.0 - 2.0 * MARGIN) * from.norm() - way.sqrt();
+                let [from, to, along] = lines.separations(i, j);
+                let path = larger((to - from).norm_squared(), (along - from).norm_squared());
+                let near = (1.0 - 2.0 * MARGIN) * from.norm() - path.sqrt();
                 let touching = a.radius + b.radius;
                 // The comparison is written so that NaN makes the answer false.
-                let apart = near > touching;
-                if !apart {
+                let is_apart = near > touching;
+                if !is_apart {
                     return Ok(false);
                 }
                 gap = gap.min(near - touching);
@@ -340,9 +339,10 @@ struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    /// Returns the separation of two bodies at the start, at the end, and where the first velocities lead.
+    /// Returns the separation of two bodies at the start, at the end, and at the end of straight lines along the first
+    /// velocities.
     #[inline]
-    fn of(&self, i: usize, j: usize) -> [Vec3; 3] {
+    fn separations(&self, i: usize, j: usize) -> [Vec3; 3] {
         let between = |y: &[f64], i: usize, j: usize| vector(y, j) - vector(y, i);
         let (a, b) = (self.layout.position(i), self.layout.position(j));
         let from = between(self.start, a, b);

@@ -8,8 +8,8 @@
 //! | 4 | CRC-32 of the contents |
 //! | | the contents in the postcard format |
 //!
-//! The contents hold the description once, as text, and all that decides how the run goes on, in binary: a
-//! run that goes on from them equals the unbroken one bit for bit, on a machine with the same vector
+//! The contents hold the description as text and, in binary, all numbers on which the continuation of the run depends.
+//! A run that is resumed from them equals the uninterrupted run bit for bit on a machine with the same vector
 //! instructions.
 
 use super::checkpoint::Checkpoint;
@@ -56,7 +56,7 @@ struct Contents {
     /// The text that the caller keeps with the simulation.
     notes: String,
     start: Start,
-    now: Checkpoint,
+    present: Checkpoint,
 }
 
 /// The numbers at the start on which the whole run depends, and those against which drifts are measured.
@@ -80,7 +80,7 @@ impl Start {
         require_finite("velocity of the barycentre of a simulation", &self.barycentre_velocity)?;
         let scales = self.scales.iter().flatten();
         scales.copied().try_for_each(|scale| require_positive("scale of a simulation", scale))?;
-        require_finite("what is conserved in a simulation", &self.conserved)
+        require_finite("conserved quantities of a simulation", &self.conserved)
     }
 }
 
@@ -116,7 +116,7 @@ impl Simulation {
                 scales: self.motion.initial.clone(),
                 conserved: self.start.numbers(),
             },
-            now: self.checkpoint(),
+            present: self.checkpoint(),
         };
         let contents = postcard::to_stdvec(&contents).map_err(|error| unwritable(&error))?;
         let mut bytes = Vec::with_capacity(HEADER + contents.len());
@@ -235,15 +235,15 @@ impl Contents {
             barycentre: self.start.barycentre,
             barycentre_velocity: self.start.barycentre_velocity,
         };
-        self.now.check(frame.layout)?;
+        self.present.check(frame.layout)?;
         if self.start.scales.len() != frame.layout.bodies {
             let expected = format!("{}, as of bodies", frame.layout.bodies);
             return Err(refuse(format!("of {} scales", self.start.scales.len()), &expected));
         }
         self.start.check()?;
-        let (time, high, low) = self.now.vector();
-        let State { time: now, position, velocity, attitude, spin } = frame.state(time, high, low);
-        State::new(now, position, velocity, attitude, spin)?;
+        let (time, high, low) = self.present.vector();
+        let State { position, velocity, attitude, spin, .. } = frame.state(time, high, low);
+        State::new(time, position, velocity, attitude, spin)?;
         let mut motion = Motion::new(system.dynamics(&frame, interrupt)?, high);
         motion.initial = self.start.scales;
         let propagator = Propagator::new(description.integrator, &motion, time, high.to_vec(), low.to_vec())?;
@@ -251,12 +251,12 @@ impl Contents {
             motion,
             integrator: description.integrator,
             propagator,
-            starts_from_given: false,
+            state_was_set: false,
             start: Invariants::from_numbers(self.start.conserved),
             nominal: None,
             notes: self.notes,
         };
-        simulation.go_back(&self.now, interrupt)?;
+        simulation.restore_checkpoint(&self.present, interrupt)?;
         Ok(simulation)
     }
 }

@@ -31,7 +31,7 @@ pub(super) struct TangentGrowth {
     /// One over the natural size of each number.
     inverse: Vec<f64>,
     /// The logarithm of the product of the factors by which the vector was scaled back.
-    shortened: f64,
+    log_scale: f64,
     /// The largest L so far.
     largest: f64,
 }
@@ -41,7 +41,7 @@ impl TangentGrowth {
     pub fn new(motion: &Motion, variations: &Variations) -> Self {
         let mut inverse = vec![1.0; 2 * variations.half()];
         variations.inverse_sizes(&motion.initial, &mut inverse);
-        Self { inverse, shortened: 0.0, largest: 0.0 }
+        Self { inverse, log_scale: 0.0, largest: 0.0 }
     }
 
     /// Returns a tangent vector of length one with components in all directions, made without random numbers.
@@ -56,7 +56,7 @@ impl TangentGrowth {
     /// Returns L of a tangent vector.
     pub fn growth<'a>(&self, tangent: impl IntoIterator<Item = &'a f64>) -> f64 {
         let squares = tangent.into_iter().zip(&self.inverse).map(|(x, inverse)| (x * inverse).powi(2));
-        0.5 * squares.sum::<f64>().ln() + self.shortened
+        0.5 * squares.sum::<f64>().ln() + self.log_scale
     }
 
     /// Adds the integrals over a step, given by its start and size, with L at its nodes.
@@ -82,27 +82,27 @@ impl TangentGrowth {
     pub fn integrate_between(
         &self,
         [from, to]: [f64; 2],
-        [growth_before, growth_after]: [f64; 2],
+        [growth_from, growth_to]: [f64; 2],
         [first, second]: &mut [f64; INTEGRALS],
     ) {
         let half = 0.5 * (to - from);
         let rate = |time: f64, growth: f64, inner: f64| {
             if time == 0.0 { 0.0 } else { 2.0 * (growth - inner / time) }
         };
-        let start = rate(from, growth_before, *first);
-        *first += half * (growth_before + growth_after);
-        *second += half * (start + rate(to, growth_after, *first));
+        let start = rate(from, growth_from, *first);
+        *first += half * (growth_from + growth_to);
+        *second += half * (start + rate(to, growth_to, *first));
     }
 
     /// Records the growth at the end of a step, and scales a long vector back. Returns whether it was long.
-    pub fn settle(&mut self, tangent: &mut [f64]) -> bool {
+    pub fn rescale(&mut self, tangent: &mut [f64]) -> bool {
         let growth = self.growth(&*tangent);
         self.largest = self.largest.max(growth);
-        let long = growth - self.shortened > LONG.ln();
+        let long = growth - self.log_scale > LONG.ln();
         if long {
-            let factor = (self.shortened - growth).exp();
+            let factor = (self.log_scale - growth).exp();
             tangent.iter_mut().for_each(|x| *x *= factor);
-            self.shortened = growth;
+            self.log_scale = growth;
         }
         long
     }

@@ -1,4 +1,4 @@
-//! The complete state of a simulation, which decides how it goes on.
+//! The complete state of a simulation, which determines its continuation.
 
 use super::Simulation;
 use crate::dynamics::{AttitudeChart, Layout};
@@ -9,14 +9,14 @@ use crate::interrupt::InterruptCheck;
 use crate::mutual::RuleMemory;
 use serde::{Deserialize, Serialize};
 
-/// The largest count, which is a whole number in every language.
-const MOST: u64 = 1 << 53;
+/// The largest count, which a double represents exactly.
+const MOST_STEPS: u64 = 1 << 53;
 
-/// How far a quaternion's length may be from one; steps keep it far closer.
-const UNIT: f64 = 1e-9;
+/// The largest deviation of a squared quaternion length from one; that of a simulation is far smaller.
+const UNIT_TOLERANCE: f64 = 1e-9;
 
-/// Everything that steps change in a simulation. Two simulations of one system and integrator that agree in
-/// it go on identically, bit for bit.
+/// All quantities of a simulation that steps change. Two simulations of one system and integrator with equal
+/// checkpoints continue identically, bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Checkpoint {
     /// Time, vector with its low part, step control, counts.
@@ -27,8 +27,8 @@ pub(super) struct Checkpoint {
     rules: Vec<Option<RuleMemory>>,
     /// Which external forces are switched on.
     switches: Vec<Option<Switch>>,
-    /// Whether the present state was given rather than reached by a step.
-    starts_from_given: bool,
+    /// Whether the present state was set rather than reached by a step.
+    state_was_set: bool,
 }
 
 impl Checkpoint {
@@ -38,7 +38,7 @@ impl Checkpoint {
         (self.memory.time[0], &self.memory.high, &self.memory.low)
     }
 
-    /// Returns an error for numbers that no simulation with this layout reaches.
+    /// Returns an error for numbers that no simulation with this layout can have.
     pub fn check(&self, layout: Layout) -> Result<()> {
         self.check_lengths(layout)?;
         let memory = &self.memory;
@@ -55,11 +55,11 @@ impl Checkpoint {
         require_finite("next step of a simulation", &[memory.next])?;
         require_positive("last error of a simulation", memory.previous_error)?;
         let counts = memory.statistics;
-        if [counts.steps, counts.rejected, counts.evaluations].iter().any(|count| *count > MOST) {
+        if [counts.steps, counts.rejected, counts.evaluations].iter().any(|count| *count > MOST_STEPS) {
             return Err(Error::invalid(
                 "counts of a simulation",
                 format!("{counts:?}"),
-                format!("{MOST} at most"),
+                format!("{MOST_STEPS} at most"),
             ));
         }
         self.loads.iter().flatten().try_for_each(|load| require_finite("loads of a simulation", load))?;
@@ -75,7 +75,7 @@ impl Checkpoint {
         for body in 0..layout.bodies {
             let a = layout.attitude(body);
             let square: f64 = memory.high[a..a + layout.chart.width()].iter().map(|q| q * q).sum();
-            if layout.chart == AttitudeChart::Quaternion && (square - 1.0).abs() > UNIT {
+            if layout.chart == AttitudeChart::Quaternion && (square - 1.0).abs() > UNIT_TOLERANCE {
                 let what = format!("square of the length of the quaternion of body {body}");
                 return Err(Error::invalid(what, square, "1"));
             }
@@ -100,16 +100,20 @@ impl Simulation {
     pub(super) fn checkpoint(&self) -> Checkpoint {
         let (memory, loads) = self.propagator.memory();
         let (rules, switches) = self.motion.equations.memory();
-        Checkpoint { memory, loads, rules, switches, starts_from_given: self.starts_from_given }
+        Checkpoint { memory, loads, rules, switches, state_was_set: self.state_was_set }
     }
 
     /// Continues from a checkpoint of this system and integrator.
-    pub(super) fn go_back(&mut self, checkpoint: &Checkpoint, interrupt: &mut InterruptCheck) -> Result<()> {
-        let Checkpoint { memory, loads, rules, switches, starts_from_given } = checkpoint;
+    pub(super) fn restore_checkpoint(
+        &mut self,
+        checkpoint: &Checkpoint,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        let Checkpoint { memory, loads, rules, switches, state_was_set } = checkpoint;
         checkpoint.check(self.frame().layout)?;
         self.motion.equations.restore_memory(rules, switches, interrupt)?;
         self.propagator.restore_memory(memory, loads.as_deref());
-        self.starts_from_given = *starts_from_given;
+        self.state_was_set = *state_was_set;
         Ok(())
     }
 }

@@ -1,5 +1,5 @@
-//! Runs in closed form: those of a body alone that rotates about a principal axis, free or under a constant
-//! torque along its spin. Runs of decades take one step.
+//! Runs in closed form: a single body that rotates about a principal axis, freely or under a constant torque along
+//! its spin. Runs of decades take one step.
 
 use super::Simulation;
 use super::recorder::Run;
@@ -13,8 +13,7 @@ impl Simulation {
     pub(super) fn closed_form(&self, until: f64, run: &Run) -> Option<SteadyRotation> {
         let [body] = self.system().bodies() else { return None };
         // A torque across the spin moves the axis away from that of the body.
-        let across =
-            |parameter: &Parameter| matches!(parameter, Parameter::OfForce(_, ForceParameter::Across));
+        let across = |parameter: &Parameter| matches!(parameter, Parameter::Force(_, ForceParameter::Across));
         let derivatives = run.tangent_options.derivatives.as_deref().unwrap_or_default();
         let stepwise = derivatives.iter().any(across)
             || self.propagator.fixed().is_some()
@@ -30,7 +29,7 @@ impl Simulation {
 
     /// Returns the integrator's vector of a state in closed form, with work and impulse of the torques since
     /// the present state.
-    pub(super) fn vector_of(&self, rotation: &SteadyRotation, state: &State) -> Vec<f64> {
+    pub(super) fn closed_form_vector(&self, rotation: &SteadyRotation, state: &State) -> Vec<f64> {
         let (layout, mut y) = (self.frame().layout, self.propagator.vector().0.to_vec());
         layout.write_rotation(state, &mut y);
         let elapsed = state.time - rotation.start().time;

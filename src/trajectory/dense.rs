@@ -15,8 +15,8 @@ const PIECE: f64 = 2.0;
 ///
 /// It keeps one polynomial for each step: 8 (terms + 2) bytes for every number of the integrator's vector (13
 /// for a body), where there are as many terms as the interpolant's order. For two bodies under Verner 9(8)
-/// that is 2.3 kB for a step. Where the motion has a closed form, that is kept instead, and polynomials are
-/// made when they are asked for.
+/// that is 2.3 kB for a step. Where the motion has a closed form, that is stored instead, and polynomials are
+/// computed when they are requested.
 ///
 /// ```
 /// use fullbody::dynamics::{Settings, State, System};
@@ -46,8 +46,8 @@ pub struct Dense {
     frame: BarycentricFrame,
     segments: Vec<Segment>,
     closed_form: Option<SteadyRotation>,
-    /// The polynomials of the closed form, once they have been asked for.
-    made: OnceLock<Vec<Segment>>,
+    /// The polynomials of the closed form, once they have been requested.
+    closed_form_pieces: OnceLock<Vec<Segment>>,
     start: f64,
     end: f64,
     /// The state at the end.
@@ -61,7 +61,7 @@ impl Dense {
             frame: *frame,
             segments: Vec::new(),
             closed_form: None,
-            made: OnceLock::new(),
+            closed_form_pieces: OnceLock::new(),
             start: state.time,
             end: state.time,
             last: state,
@@ -69,7 +69,7 @@ impl Dense {
     }
 
     /// Makes this the solution in closed form that ends in a state.
-    pub(super) fn close(&mut self, rotation: SteadyRotation, last: State) {
+    pub(super) fn set_closed_form(&mut self, rotation: SteadyRotation, last: State) {
         self.end = last.time;
         self.last = last;
         self.closed_form = Some(rotation);
@@ -92,7 +92,7 @@ impl Dense {
     #[doc(hidden)]
     pub fn pieces(&self) -> &[Segment] {
         match &self.closed_form {
-            Some(rotation) => self.made.get_or_init(|| self.polynomials(rotation)),
+            Some(rotation) => self.closed_form_pieces.get_or_init(|| self.polynomials(rotation)),
             None => &self.segments,
         }
     }
@@ -140,7 +140,11 @@ impl Dense {
 
     /// Returns the memory of the polynomials, in bytes.
     pub fn bytes(&self) -> usize {
-        self.segments.iter().chain(self.made.get().into_iter().flatten()).map(Segment::bytes).sum()
+        self.segments
+            .iter()
+            .chain(self.closed_form_pieces.get().into_iter().flatten())
+            .map(Segment::bytes)
+            .sum()
     }
 
     /// Returns the state at a time of the run.
@@ -182,8 +186,8 @@ impl Dense {
 
 /// Returns the polynomial that holds a time, from pieces that follow each other forwards or backwards.
 pub(super) fn piece_at(pieces: &[Segment], time: f64, forward: bool) -> &Segment {
-    let after = pieces.partition_point(|p| if forward { p.start() <= time } else { p.start() >= time });
-    &pieces[after.saturating_sub(1)]
+    let begun = pieces.partition_point(|p| if forward { p.start() <= time } else { p.start() >= time });
+    &pieces[begun.saturating_sub(1)]
 }
 
 /// Returns the state at a time within a piece, and writes its vector into `y`. Where the piece begins, it is

@@ -7,16 +7,15 @@
 //! difference is positive the bodies are apart, so that no dip is too short to be seen. Otherwise the
 //! interval is halved, until there is an overlap in its middle or it is too short for one.
 //!
-//! Beside a polyhedron, which no plane need separate from the other body, the gap in the middle is compared
-//! with how far any point can move.
+//! A polyhedron and another body need not have a separating plane. For them the gap in the middle is compared with the
+//! largest distance that any point can move.
 
 use crate::dynamics::{AttitudeChart, Layout};
 use crate::error::Result;
 use crate::integrate::{Segment, root};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3, rotation};
-use crate::mutual::Pose;
-use crate::shape::{Part, Placement, Shape, gap_between, growth, normal, support};
+use crate::shape::{Growth, Part, Placement, Shape, gap_between, growth, normal, support};
 use nalgebra::Rotation3;
 
 /// Half of the shortest interval, as a fraction of the piece. Between two times this close to each other even
@@ -36,7 +35,7 @@ pub(super) struct Encounter<'a> {
     layout: Layout,
     bodies: [usize; 2],
     shapes: [&'a Shape; 2],
-    /// Where the parts are in their bodies; `None` at the origin.
+    /// The positions and rotations of the parts in their bodies; `None` for a part that is at the origin.
     placements: [Option<Placement>; 2],
     names: [&'a str; 2],
     /// Bounds of the first three derivatives with respect to the fraction of the piece, of the separation of
@@ -47,7 +46,7 @@ pub(super) struct Encounter<'a> {
     balance: f64,
 }
 
-/// What is proved about an interval.
+/// The result of the test of an interval.
 enum Verdict {
     /// There is no overlap in the interval.
     Clear,
@@ -96,8 +95,8 @@ impl<'a> Encounter<'a> {
             let remaining = 0.5 * (end - clear);
             half = half.min(remaining);
             let middle = clear + half;
-            let verdict = self.verdict(middle, half);
-            let overlap = matches!(verdict, Verdict::Unknown) && self.overlap(middle)?;
+            let verdict = self.verdict(middle, half, interrupt)?;
+            let overlap = matches!(verdict, Verdict::Unknown) && self.overlap(middle, interrupt)?;
             if overlap {
                 (end, inside) = (middle, true);
                 half *= 0.5;
@@ -108,47 +107,38 @@ impl<'a> Encounter<'a> {
                 half *= 0.5;
             }
         }
-        Ok(inside.then(|| self.touch(clear, end)))
+        if inside { self.touch(clear, end, interrupt).map(Some) } else { Ok(None) }
     }
 
     /// Returns where the surfaces touch before the overlap at `end`; there is no overlap up to `clear`.
-    fn touch(&self, clear: f64, end: f64) -> f64 {
-        let gap = |theta: f64| Ok::<f64, std::convert::Infallible>(self.growth_minus_one(theta));
+    fn touch(&self, clear: f64, end: f64, interrupt: &mut InterruptCheck) -> Result<f64> {
+        let mut depth = |theta: f64| Ok(self.growth(theta, interrupt)?.factor - 1.0);
         let (mut start, mut back) = (clear, SHORTEST);
         // Overlap within rounding counts as clear.
-        while start > 0.0 && self.growth_minus_one(start) <= 0.0 {
+        while start > 0.0 && depth(start)? <= 0.0 {
             start = (end - back).clamp(0.0, start);
             back *= 2.0;
         }
-        let (first, last) = (self.growth_minus_one(start), self.growth_minus_one(end));
+        let (first, last) = (depth(start)?, depth(end)?);
         if first <= 0.0 || last >= 0.0 {
-            return start;
+            return Ok(start);
         }
-        let Ok(theta) = root(gap, (start, first), (end, last));
-        theta
+        root(depth, (start, first), (end, last))
     }
 
-    fn growth_minus_one(&self, theta: f64) -> f64 {
-        let pose = self.pose(theta);
-        let [a, b] = self.shapes;
-        growth(a, b, &pose.separation, &pose.rotation_first, &pose.rotation_second).factor - 1.0
-    }
-
-    fn overlap(&self, theta: f64) -> Result<bool> {
-        let pose = self.pose(theta);
-        let [a, b] = self.shapes;
-        growth(a, b, &pose.separation, &pose.rotation_first, &pose.rotation_second)
-            .with_levers(pose.separation.norm(), a.circumradius() + b.circumradius(), self.placements)
-            .overlap(self.names[0], self.names[1])
-    }
-
-    fn pose(&self, theta: f64) -> Pose {
+    /// Returns the factor by which the parts must grow to touch.
+    fn growth(&self, theta: f64, interrupt: &mut InterruptCheck) -> Result<Growth> {
         let basis = self.piece.basis(theta);
-        Pose {
-            separation: self.separation(&basis),
-            rotation_first: self.rotation(0, &basis).0,
-            rotation_second: self.rotation(1, &basis).0,
-        }
+        let separation = self.separation(&basis);
+        let [first, second] = [0, 1].map(|part| self.rotation(part, &basis).0);
+        let growth = growth(self.shapes, &separation, [&first, &second], self.piece.start(), interrupt)?;
+        let circumradii = self.shapes.map(Shape::circumradius).iter().sum();
+        Ok(growth.with_levers(separation.norm(), circumradii, self.placements))
+    }
+
+    /// Returns whether the parts overlap.
+    fn overlap(&self, theta: f64, interrupt: &mut InterruptCheck) -> Result<bool> {
+        self.growth(theta, interrupt)?.overlap(self.names[0], self.names[1])
     }
 
     /// Returns the vector from the first part's centre to the second's.
@@ -184,7 +174,8 @@ impl<'a> Encounter<'a> {
         }
     }
 
-    fn verdict(&mut self, middle: f64, half: f64) -> Verdict {
+    /// Tests the interval of this half length about its middle.
+    fn verdict(&mut self, middle: f64, half: f64, interrupt: &mut InterruptCheck) -> Result<Verdict> {
         /// The largest value of x (x^2 - 1) / 6 between 0 and 1: the error of the parabola through three
         /// points of a cubic.
         const PARABOLA_ERROR: f64 = 0.064_150_029_909_958_42;
@@ -192,37 +183,38 @@ impl<'a> Encounter<'a> {
         let r = bases.each_ref().map(|basis| self.separation(basis));
         let distance = r[1].norm();
         if distance == 0.0 {
-            return Verdict::Unknown;
+            return Ok(Verdict::Unknown);
         }
         let rotation_vector = r[1].cross(&(r[2] - r[0])) / (2.0 * half * distance * distance);
         let along = Rotation3::new(rotation_vector * half);
         let following = |n: Vec3| [along.inverse_transform_vector(&n), n, along * n];
         let w = rotation_vector.norm();
-        let Some([v, a, j]) = self.moving(&bases[1], half) else { return Verdict::Unknown };
+        let Some([v, a, j]) = self.separation_bounds(&bases[1], half) else { return Ok(Verdict::Unknown) };
         let cubic = j + 3.0 * w * (a + w * v) + w * w * w * (distance + v * half);
         let least = |gap: [f64; 3], cubic: f64| parabola(gap) - PARABOLA_ERROR * cubic * half * half * half;
 
         // The circumscribed spheres are tried first.
-        let reach = self.shapes[0].circumradius() + self.shapes[1].circumradius();
+        let radii = self.shapes[0].circumradius() + self.shapes[1].circumradius();
         let n = following(r[1] / distance);
-        let gap = [0, 1, 2].map(|k| n[k].dot(&r[k]) - reach);
+        let gap = [0, 1, 2].map(|k| n[k].dot(&r[k]) - radii);
         let faceted = self.shapes.iter().any(|shape| matches!(shape, Shape::Polyhedron(_)));
         let spherical = !faceted && self.shapes.iter().all(|shape| focal_square(shape) == 0.0);
-        if least(gap, cubic) >= if spherical { -TOUCHING * reach } else { 0.0 } {
-            return Verdict::Clear;
+        if least(gap, cubic) >= if spherical { -TOUCHING * radii } else { 0.0 } {
+            return Ok(Verdict::Clear);
         }
+        let undecided = |gap: f64| if gap > 0.0 { Verdict::Apart } else { Verdict::Unknown };
         if spherical {
-            return if gap[1] > 0.0 { Verdict::Apart } else { Verdict::Unknown };
+            return Ok(undecided(gap[1]));
         }
 
         if faceted {
-            return self.between_faces(&bases[1], &r[1], v, half);
+            return self.between_faces(&bases[1], &r[1], v, half, interrupt);
         }
 
         let rotations = bases.each_ref().map(|basis| [0, 1].map(|which| self.rotation(which, basis)));
         let [(first, _), (second, _)] = &rotations[1];
         let Some(n) = normal(self.shapes, [first, second], &r[1], &mut self.balance) else {
-            return Verdict::Unknown;
+            return Ok(Verdict::Unknown);
         };
         let n = following(n);
         let mut gap = [0, 1, 2].map(|k| n[k].dot(&r[k]));
@@ -241,7 +233,7 @@ impl<'a> Encounter<'a> {
                 gap[k] -= 0.5 * (other * other / h + h);
             }
             let Some([p1, p2, p3]) = self.rotation_bounds(which, rotations[1][which].1, half) else {
-                return if gap[1] > 0.0 { Verdict::Apart } else { Verdict::Unknown };
+                return Ok(undecided(gap[1]));
             };
             // The normal in the body's frame rotates with both; h^2 is c^2 plus the square of a vector no
             // longer than the focal axis.
@@ -249,33 +241,32 @@ impl<'a> Encounter<'a> {
             let u3 = p3 + w * (3.0 * p2 + w * (3.0 * p1 + w));
             cubic += focal_square(shape) * (u3 + 3.0 * u1 * u2) / h;
         }
-        if least(gap, cubic) >= -TOUCHING * sizes {
-            Verdict::Clear
-        } else if gap[1] > 0.0 {
-            Verdict::Apart
-        } else {
-            Verdict::Unknown
-        }
+        Ok(if least(gap, cubic) >= -TOUCHING * sizes { Verdict::Clear } else { undecided(gap[1]) })
     }
 
     /// Decides for shapes of which one is a polyhedron: the interval is clear if no point can move, in half
     /// of it, by as much as the gap in its middle.
-    fn between_faces(&self, middle: &Basis, separation: &Vec3, speed: f64, half: f64) -> Verdict {
+    fn between_faces(
+        &self,
+        middle: &Basis,
+        separation: &Vec3,
+        speed: f64,
+        half: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Verdict> {
         let [(first, first_length), (second, second_length)] = [0, 1].map(|k| self.rotation(k, middle));
-        let Some(gap) = gap_between(self.shapes, separation, [&first, &second]).filter(|gap| *gap > 0.0)
-        else {
-            return Verdict::Unknown;
-        };
+        let gap = gap_between(self.shapes, separation, [&first, &second], self.piece.start(), interrupt)?;
+        let Some(gap) = gap.filter(|gap| *gap > 0.0) else { return Ok(Verdict::Unknown) };
         let rotation_bounds =
             [self.rotation_bounds(0, first_length, half), self.rotation_bounds(1, second_length, half)];
-        let [Some([first, ..]), Some([second, ..])] = rotation_bounds else { return Verdict::Apart };
+        let [Some([first, ..]), Some([second, ..])] = rotation_bounds else { return Ok(Verdict::Apart) };
         let [a, b] = self.shapes.map(Shape::circumradius);
-        if half * (speed + a * first + b * second) < gap { Verdict::Clear } else { Verdict::Apart }
+        Ok(if half * (speed + a * first + b * second) < gap { Verdict::Clear } else { Verdict::Apart })
     }
 
     /// Returns bounds of the first three derivatives of the separation of the parts, which rotate about the
     /// centres of their bodies.
-    fn moving(&self, middle: &Basis, half: f64) -> Option<[f64; 3]> {
+    fn separation_bounds(&self, middle: &Basis, half: f64) -> Option<[f64; 3]> {
         let mut bounds = self.separation;
         for which in [0, 1] {
             if let Some(placement) = &self.placements[which] {

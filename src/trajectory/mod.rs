@@ -33,7 +33,7 @@ pub use archive::{ARCHIVE_FORMAT, SimulationDescription};
 #[doc(hidden)]
 pub use chaos::INDICATORS;
 pub use dense::Dense;
-pub use events::{Condition, Event, Occurrence, StateDerivatives, StateFunction, Toward};
+pub use events::{Condition, Event, Occurrence, StateDerivatives, StateFunction, Viewpoint};
 #[doc(hidden)]
 pub use events::{ConditionDerivatives, Crossings};
 pub use integrator::Integrator;

@@ -13,7 +13,7 @@ pub(super) struct Motion {
     pub equations: Dynamics,
     /// Scales at the start for each body: position, velocity, spin.
     pub initial: Vec<[f64; 3]>,
-    present: Vec<[f64; 3]>,
+    present_scales: Vec<[f64; 3]>,
     pub approach: Approach,
 }
 
@@ -22,16 +22,16 @@ impl Motion {
         let mut initial = vec![[0.0; 3]; equations.layout().bodies];
         equations.scales(y, &mut initial);
         let approach = Approach::new(equations.system());
-        Self { equations, present: initial.clone(), initial, approach }
+        Self { equations, present_scales: initial.clone(), initial, approach }
     }
 
     /// Returns a copy without the quadrature rules, for a second integration. Making it can be interrupted.
-    pub fn again(&self, interrupt: &mut InterruptCheck) -> Result<Self> {
+    pub fn copy_without_rules(&self, interrupt: &mut InterruptCheck) -> Result<Self> {
         let system = self.equations.system();
         Ok(Self {
             equations: system.dynamics(self.equations.frame(), interrupt)?,
             initial: self.initial.clone(),
-            present: self.present.clone(),
+            present_scales: self.present_scales.clone(),
             approach: Approach::new(system),
         })
     }
@@ -77,29 +77,30 @@ impl Equations for Motion {
     /// forces follow from the motion and are not measured.
     fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64 {
         let layout = self.equations.layout();
-        self.equations.scales(y, &mut self.present);
+        self.equations.scales(y, &mut self.present_scales);
         let length =
             |start: usize, count: usize| v[start..start + count].iter().map(|x| x * x).sum::<f64>().sqrt();
         let mut largest: f64 = 0.0;
-        let mut worst = |length: f64, present: f64, initial: f64| {
-            let ratio = length / (tolerance.relative * present + tolerance.absolute * initial);
+        let mut measure = |length: f64, present_scales: f64, initial: f64| {
+            let ratio = length / (tolerance.relative * present_scales + tolerance.absolute * initial);
             // f64::max would hide a NaN.
             largest = if ratio > largest || ratio.is_nan() { ratio } else { largest };
         };
         for body in 0..layout.bodies {
-            let ([l, u, n], [l0, u0, n0]) = (self.present[body], self.initial[body]);
-            worst(length(layout.position(body), 3), l, l0);
-            worst(length(layout.velocity(body), 3), u, u0);
-            worst(length(layout.attitude(body), layout.chart.width()), 1.0, 1.0);
-            worst(length(layout.spin(body), 3), n, n0);
+            let ([l, u, n], [l0, u0, n0]) = (self.present_scales[body], self.initial[body]);
+            measure(length(layout.position(body), 3), l, l0);
+            measure(length(layout.velocity(body), 3), u, u0);
+            measure(length(layout.attitude(body), layout.chart.width()), 1.0, 1.0);
+            measure(length(layout.spin(body), 3), n, n0);
         }
         if layout.forces > 0 {
             // The barycentre offset is measured like the bodies, and against its own size.
-            let (present, initial) = (widest(&self.present), widest(&self.initial));
+            let (present_scales, initial) =
+                (largest_scales(&self.present_scales), largest_scales(&self.initial));
             let at = layout.barycentre_offset();
-            let present_length = |start: usize| y[start..start + 3].iter().map(|x| x * x).sum::<f64>().sqrt();
-            worst(length(at, 3), present[0].max(present_length(at)), initial[0]);
-            worst(length(at + 3, 3), present[1].max(present_length(at + 3)), initial[1]);
+            let length_of = |start: usize| y[start..start + 3].iter().map(|x| x * x).sum::<f64>().sqrt();
+            measure(length(at, 3), present_scales[0].max(length_of(at)), initial[0]);
+            measure(length(at + 3, 3), present_scales[1].max(length_of(at + 3)), initial[1]);
         }
         largest
     }
@@ -110,7 +111,7 @@ impl Equations for Motion {
 }
 
 /// Returns the largest scales of position and velocity of all bodies.
-fn widest(scales: &[[f64; 3]]) -> [f64; 2] {
+fn largest_scales(scales: &[[f64; 3]]) -> [f64; 2] {
     scales.iter().fold([0.0; 2], |w, s| [w[0].max(s[0]), w[1].max(s[1])])
 }
 

@@ -18,7 +18,7 @@ const MOST_PIECES: usize = 4096;
 
 /// The number of steps at the beginning that may be far too short, since each step is up to five times longer
 /// than the one before.
-const GROWING: usize = 64;
+const FIRST_STEPS: usize = 64;
 
 #[derive(Debug, Clone)]
 pub(super) enum Propagator {
@@ -80,7 +80,7 @@ impl Propagator {
     }
 
     /// Returns an error for a run of more fixed steps than a double can count, which would not end.
-    pub fn check_reach(&self, until: f64) -> Result<()> {
+    pub fn check_step_count(&self, until: f64) -> Result<()> {
         if let Self::Fixed(fixed) = self {
             let steps = (until - fixed.stepper.time()).abs() / fixed.stepper.size();
             if steps > 1.0 / f64::EPSILON {
@@ -207,7 +207,7 @@ impl Propagator {
         self.last().map(|step| step.tableau())
     }
 
-    /// Takes the last step back.
+    /// Undoes the last step.
     pub fn undo(&mut self) {
         match self {
             Self::Adaptive(stepper) => stepper.undo(),
@@ -220,8 +220,8 @@ impl Propagator {
         }
     }
 
-    /// Takes back a step whose interior cannot be computed because of this error, and plans it shorter.
-    /// Returns the error where that does not help.
+    /// Undoes a step whose interior cannot be computed because of this error, and shortens the next one. Returns the
+    /// error where that does not help.
     pub fn shorten(&mut self, error: Error) -> Result<()> {
         match (self, error) {
             (Self::Adaptive(stepper), Error::StepSizeTooSmall { reason, .. }) => stepper.shorten(&reason),
@@ -251,8 +251,8 @@ impl Propagator {
         }
     }
 
-    /// Returns what determines the continuation of the run: the stepper's memory, and the loads at the
-    /// present vector where they are kept.
+    /// Returns the data that determine the continuation of the run: the stepper's memory, and the loads at the present
+    /// vector where they are stored.
     pub fn memory(&self) -> (Memory, Option<Vec<[f64; 6]>>) {
         match self {
             Self::Adaptive(stepper) => (stepper.memory(), None),
@@ -260,7 +260,7 @@ impl Propagator {
         }
     }
 
-    /// Restores what [`Self::memory`] returned.
+    /// Restores the data that [`Self::memory`] returned.
     pub fn restore_memory(&mut self, memory: &Memory, loads: Option<&[[f64; 6]]>) {
         match self {
             Self::Adaptive(stepper) => stepper.restore_memory(memory),
@@ -292,13 +292,14 @@ impl FixedSteps {
         self.cross(motion, end, interrupt)?;
         self.formed = true;
         let (Some(in_step), None) = (&self.in_step, self.contact) else { return Ok(()) };
-        let ((high, low), (reached, tail)) = (self.stepper.vector(), in_step.stepper.vector());
-        let missed: Vec<f64> = (0..high.len()).map(|k| (high[k] - reached[k]) + (low[k] - tail[k])).collect();
+        let ((high, low), (end_high, end_low)) = (self.stepper.vector(), in_step.stepper.vector());
+        let difference: Vec<f64> =
+            (0..high.len()).map(|k| (high[k] - end_high[k]) + (low[k] - end_low[k])).collect();
         let size = (end - start.high) - start.low;
         let mut from = 0.0;
         for (index, piece) in self.pieces.iter_mut().enumerate() {
             let to = from + piece.size() / size;
-            piece.tilt(from, to, &missed);
+            piece.tilt(from, to, &difference);
             from = to;
             if self.contact.is_none() {
                 let layout = motion.equations.layout();
@@ -317,7 +318,8 @@ impl FixedSteps {
             None => {
                 let tolerance = Tolerance::new(IN_STEP_TOLERANCE, IN_STEP_TOLERANCE)?;
                 let stepper = Stepper::new(&VERNER98, tolerance, start.value(), high.to_vec(), low.to_vec());
-                self.in_step.insert(InStepIntegration { motion: motion.again(interrupt)?, stepper })
+                self.in_step
+                    .insert(InStepIntegration { motion: motion.copy_without_rules(interrupt)?, stepper })
             }
         };
         let size = (end - start.high) - start.low;
@@ -330,10 +332,9 @@ impl FixedSteps {
         self.contact = None;
         while in_step.stepper.time() != end && self.contact.is_none() {
             let index = self.pieces.len();
-            let passed = (in_step.stepper.time() - start.high) - start.low;
-            // Even if the remaining pieces were each as long as all so far together, they would not reach the
-            // end.
-            let hopeless = index >= GROWING && (passed * MOST_PIECES as f64).abs() < size.abs();
+            let covered = (in_step.stepper.time() - start.high) - start.low;
+            // Even if each remaining piece were as long as all previous pieces together, the end would not be reached.
+            let hopeless = index >= FIRST_STEPS && (covered * MOST_PIECES as f64).abs() < size.abs();
             if hopeless || index == MOST_PIECES {
                 return Err(Error::NotConverged {
                     what: format!(

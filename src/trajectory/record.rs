@@ -93,10 +93,10 @@ impl Trajectory {
             ("energy", self.energy.len(), 4),
             ("angular_momentum", self.angular_momentum.len(), 3),
         ];
-        for (what, found, row) in rows {
-            if found != row * self.len() {
+        for (what, count, row) in rows {
+            if count != row * self.len() {
                 let expected = format!("{}, as of {} samples", row * self.len(), self.len());
-                return Err(Error::invalid(format!("numbers of {what} in the record"), found, expected));
+                return Err(Error::invalid(format!("numbers of {what} in the record"), count, expected));
             }
         }
         Ok(())
@@ -151,7 +151,7 @@ impl Trajectory {
     }
 
     /// Returns the total energy in a sample without the work of the external forces since the start of the
-    /// record: what the integrator should conserve.
+    /// record: the quantity that an exact integrator would conserve.
     pub fn conserved_energy(&self, sample: usize) -> f64 {
         let row = self.work_and_impulse.len() / self.len();
         let work = self.work_and_impulse[row * sample..][..row].iter().step_by(WORK_AND_IMPULSE);

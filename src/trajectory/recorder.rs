@@ -1,4 +1,5 @@
-//! The record of a run is made step by step: samples, events, the continuous solution and tangent vectors.
+//! The recorder of a run, which adds samples, events, the continuous solution and tangent vectors to the record after
+//! each step.
 
 use super::approach::Contact;
 use super::dense::{piece_at, state_within};
@@ -51,7 +52,7 @@ pub(super) struct Recorder<'r, 'f> {
 /// The event or switch that ends a step before its own end.
 #[derive(Default)]
 struct StepEnd {
-    /// The first terminal event, by its place in the list of events, and its time.
+    /// The index of the first terminal event in the list of events, and its time.
     event: Option<(usize, f64)>,
     contact: Option<Contact>,
     /// The force that switches at the end of the step.
@@ -67,7 +68,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
         record: &'r mut Trajectory,
     ) -> Result<Self> {
         require_finite("until", &[until])?;
-        simulation.propagator.check_reach(until)?;
+        simulation.propagator.check_step_count(until)?;
         let start = simulation.time();
         let vector = simulation.propagator.vector().0;
         simulation.motion.equations.check_external_forces(start, until, vector)?;
@@ -78,7 +79,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
             until,
             forward: until >= start,
             times: Times::new(start, until, output)?,
-            detector: EventDetector::new(equations, events, simulation.starts_from_given)?,
+            detector: EventDetector::new(equations, events, simulation.state_was_set)?,
             events,
             tangents: Tangents::new(
                 tangent_options,
@@ -123,14 +124,14 @@ impl<'r, 'f> Recorder<'r, 'f> {
             self.record_closed_form(&rotation, time, simulation, interrupt)?;
         }
         let last = rotation.state(self.until);
-        let y = simulation.vector_of(&rotation, &last);
+        let y = simulation.closed_form_vector(&rotation, &last);
         if self.times.due(self.until) {
             self.record_closed_form(&rotation, self.until, simulation, interrupt)?;
         }
         simulation.propagator.leap(self.until, &y);
-        simulation.starts_from_given = false;
+        simulation.state_was_set = false;
         if let Some(solution) = &mut self.record.dense {
-            solution.close(rotation, last);
+            solution.set_closed_form(rotation, last);
         }
         Ok(())
     }
@@ -143,7 +144,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let state = rotation.state(time);
-        let y = simulation.vector_of(rotation, &state);
+        let y = simulation.closed_form_vector(rotation, &state);
         let conserved = simulation.invariants_of(&y, &state, interrupt)?;
         self.tangents.record_closed_form(rotation, time, self.record);
         self.record.push(&state, &conserved, simulation.frame().layout.work_and_impulse(&y));
@@ -158,12 +159,12 @@ impl<'r, 'f> Recorder<'r, 'f> {
     ) -> Result<Option<StopReason>> {
         let step_end = self.advance(simulation, interrupt)?;
         let now = simulation.time();
-        let reached = step_end.contact.map_or(now, |contact| contact.time);
-        self.record_before(step_end.event.map_or(reached, |(_, time)| time), simulation, interrupt)?;
+        let end = step_end.contact.map_or(now, |contact| contact.time);
+        self.record_before(step_end.event.map_or(end, |(_, time)| time), simulation, interrupt)?;
         if let Some((event, time)) = step_end.event {
             self.tangents.move_to(&mut simulation.last_step(interrupt), time)?;
             simulation.propagator.move_to(time, self.detector.vector());
-            simulation.starts_from_given = true;
+            simulation.state_was_set = true;
             self.record_present(simulation, interrupt)?;
             return Ok(Some(StopReason::Event(event)));
         }
@@ -199,7 +200,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
             Ok(event) => Ok(StepEnd { event, contact, switch }),
             Err(error) => {
                 self.record.events.truncate(first_event);
-                simulation.go_back(&checkpoint, &mut InterruptCheck::never())?;
+                simulation.restore_checkpoint(&checkpoint, &mut InterruptCheck::never())?;
                 Err(error)
             }
         }
@@ -259,12 +260,12 @@ impl<'r, 'f> Recorder<'r, 'f> {
     /// Records the samples of the last step that are due before a time.
     fn record_before(
         &mut self,
-        reached: f64,
+        end: f64,
         simulation: &mut Simulation,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let mut sample = std::mem::take(&mut self.sample);
-        while let Some(time) = self.times.take_before(reached) {
+        while let Some(time) = self.times.take_before(end) {
             let piece = piece_at(simulation.propagator.pieces(), time, self.forward);
             let state = state_within(simulation.frame(), piece, time, &mut sample);
             self.record_state(simulation, &sample, &state, interrupt)?;
@@ -283,8 +284,8 @@ impl<'r, 'f> Recorder<'r, 'f> {
     /// Records the state at which an error ends the run, unless it or a later one has been recorded. A state
     /// whose energy is not finite is left out, since the caller is to receive the error itself.
     pub fn record_last(&mut self, simulation: &mut Simulation) {
-        let left = (self.until - simulation.time()).abs();
-        if self.record.time.last().is_none_or(|last| (self.until - last).abs() > left) {
+        let remaining = (self.until - simulation.time()).abs();
+        if self.record.time.last().is_none_or(|last| (self.until - last).abs() > remaining) {
             let _ = self.record_present(simulation, &mut InterruptCheck::never());
         }
     }

@@ -25,7 +25,7 @@ impl Simulation {
     /// Integrates to `until`, forwards or backwards, and records into `record`.
     ///
     /// On an error the record keeps what was recorded before it, and the simulation stays at the end of the
-    /// last step that is recorded whole, which is also the last sample; where two bodies touch, that is the
+    /// last step that is recorded completely, which is also the last sample; where two bodies touch, that is the
     /// last one before their contact.
     ///
     /// # Errors
@@ -43,8 +43,8 @@ impl Simulation {
     /// archive of it.
     ///
     /// A terminal event ends the run: its state becomes the last sample and the state of the simulation, and
-    /// the record before it is the same as without it. A zero at a state that was given, by the caller or by
-    /// a terminal event, is not an event, so that a run can continue from one.
+    /// the record before it is the same as without it. A zero at a state that was set, by the caller or by a
+    /// terminal event, is not an event, so that a run can continue from one.
     ///
     /// # Errors
     /// Returns the errors of [`Self::integrate`], the error of an event's function, and
@@ -58,18 +58,20 @@ impl Simulation {
     ) -> Result<()> {
         record.check(self.system().bodies().len())?;
         let start = self.time();
-        let switches_before = self.motion.equations.external_forces().switches();
+        let initial_switches = self.motion.equations.external_forces().switches();
         let outcome = self.follow(until, run, record, hook).and_then(|reason| {
             let time = self.time();
             let last = hook(Some(self), Progress { start, time, end: until });
             if last.is_break() { Err(Error::Interrupted { time }) } else { Ok(reason) }
         });
-        let after = self.motion.equations.external_forces().switches();
-        record.switched_off.resize(after.len(), None);
-        for (count, switch) in record.switched_off.iter_mut().zip(switches_before.iter().zip(&after)) {
-            if let (Some(before), Some(after)) = switch {
+        let final_switches = self.motion.equations.external_forces().switches();
+        record.switched_off.resize(final_switches.len(), None);
+        for (count, switch) in
+            record.switched_off.iter_mut().zip(initial_switches.iter().zip(&final_switches))
+        {
+            if let (Some(first), Some(last)) = switch {
                 // A force that is off from the start on counts as switched off once.
-                *count = Some(count.unwrap_or(u64::from(!before.on)) + after.times - before.times);
+                *count = Some(count.unwrap_or(u64::from(!first.on)) + last.times - first.times);
             }
         }
         record.stop_reason = match &outcome {
@@ -109,14 +111,14 @@ impl Simulation {
         outcome.inspect_err(|_| recorder.record_last(self))
     }
 
-    /// Takes the steps of a run, with a look at the clock about every 50 ms; returns the reason for its end.
+    /// Takes the steps of a run, and reads the clock about every 50 ms; returns the reason for its end.
     fn march(
         &mut self,
         recorder: &mut Recorder,
         mut called: Instant,
         hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
     ) -> Result<StopReason> {
-        let (start, until, mut unseen) = (self.time(), recorder.until, 0);
+        let (start, until, mut work_since_check) = (self.time(), recorder.until, 0);
         while self.time() != until {
             let time = self.time();
             let mut inside = || hook(None, Progress { start, time, end: until });
@@ -125,9 +127,9 @@ impl Simulation {
                 return Ok(reason);
             }
             // The clock is read only after enough work, since steps may be quick.
-            unseen += self.motion.equations.work() * self.motion.equations.parts() as u64;
-            let check_clock = recorder.needs_interior || unseen >= CLOCK_WORK;
-            unseen = if check_clock { 0 } else { unseen };
+            work_since_check += self.motion.equations.work() * self.motion.equations.parts() as u64;
+            let check_clock = recorder.needs_interior || work_since_check >= CLOCK_WORK;
+            work_since_check = if check_clock { 0 } else { work_since_check };
             if check_clock && called.elapsed() >= HOOK_INTERVAL {
                 called = Instant::now();
                 let time = self.time();

@@ -27,7 +27,7 @@ use crate::interrupt::InterruptCheck;
 /// let vectors = |x: f64, y: f64| vec![Vec3::new(-x, -y, 0.0), Vec3::new(x, y, 0.0)];
 /// let state = State::new(0.0, vectors(0.5, 0.0), vectors(0.0, 0.5), upright, rest)?;
 ///
-/// // Half a turn on a circle of radius one about each other.
+/// // Half a revolution on a circle of radius one about each other.
 /// let integrator = Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?);
 /// let mut simulation = Simulation::new(&system, &state, integrator)?;
 /// let mut run = Trajectory::new(2);
@@ -40,9 +40,8 @@ pub struct Simulation {
     pub(super) motion: Motion,
     pub(super) integrator: Integrator,
     pub(super) propagator: Propagator,
-    /// Whether the present state was given, by the caller or as that of a terminal event, rather than reached
-    /// by a step.
-    pub(super) starts_from_given: bool,
+    /// Whether the present state was set, by the caller or as that of a terminal event, rather than reached by a step.
+    pub(super) state_was_set: bool,
     /// How the nominal barycentre changes with the state at the end of the last run, if it was
     /// differentiated.
     pub(super) nominal: Option<NominalChange>,
@@ -90,7 +89,7 @@ impl Simulation {
             motion,
             integrator,
             propagator,
-            starts_from_given: true,
+            state_was_set: true,
             start,
             nominal: None,
             notes: String::new(),
@@ -118,7 +117,7 @@ impl Simulation {
         self.frame().state(self.time(), high, low)
     }
 
-    /// Starts anew from another state; the counts start anew too.
+    /// Restarts the simulation and its counts from another state.
     ///
     /// # Errors
     /// Returns the errors of [`Self::begin`]; the simulation is then unchanged.
@@ -169,12 +168,12 @@ impl Simulation {
     /// forces are defined.
     ///
     /// # Errors
-    /// They are those of [`Self::integrate`]; after an error the simulation is at the start of the step.
+    /// Returns the errors of [`Self::integrate`]; after an error the simulation is at the start of the step.
     pub fn step(&mut self, end: f64) -> Result<()> {
         self.step_with(end, &mut InterruptCheck::never())
     }
 
-    /// Does the same as [`Self::step`], with an interrupt check.
+    /// Takes one step as [`Self::step`], with interrupt checks.
     ///
     /// # Errors
     /// Returns the errors of [`Self::step`], and [`Error::Interrupted`].
@@ -183,12 +182,12 @@ impl Simulation {
             return Err(Error::invalid("end of a step", end, "a time, which may be infinite"));
         }
         let time = self.time();
-        let reach = self.motion.equations.external_forces().reach(time, end);
-        if reach == time && end != time {
+        let defined_end = self.motion.equations.external_forces().reach(time, end);
+        if defined_end == time && end != time {
             self.motion.equations.check_external_forces(time, end, self.propagator.vector().0)?;
         }
         self.switch_overdue(None)?;
-        let (contact, switched) = self.advance(reach, false, |_| false, interrupt)?;
+        let (contact, switched) = self.advance(defined_end, false, |_| false, interrupt)?;
         let ended = match (contact, switched) {
             (Some(contact), _) => Err(contact.error(self.system())),
             (None, Some(force)) => self.switch(force, None),
@@ -207,7 +206,7 @@ impl Simulation {
         needs_pieces: impl Fn(f64) -> bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<(Option<Contact>, Option<usize>)> {
-        let (mut end, mut again) = (end, 0);
+        let (mut end, mut repetitions) = (end, 0);
         loop {
             self.propagator.step(&mut self.motion, end, interrupt)?;
             let needs_pieces = needs_pieces(self.time());
@@ -216,14 +215,14 @@ impl Simulation {
                 contact = self.propagator.form(&mut self.motion, interrupt).and(contact);
             }
             let interruption =
-                contact.and_then(|contact| Ok((contact, self.next_switch(contact, again, interrupt)?)));
+                contact.and_then(|contact| Ok((contact, self.next_switch(contact, repetitions, interrupt)?)));
             match interruption {
                 Ok((_, Some((_, time)))) if time != self.time() => {
                     self.propagator.undo();
-                    (end, again) = (time, again + 1);
+                    (end, repetitions) = (time, repetitions + 1);
                 }
                 Ok((contact, switch)) => {
-                    self.starts_from_given &= contact.is_some();
+                    self.state_was_set &= contact.is_some();
                     return Ok((contact, switch.map(|(force, _)| force)));
                 }
                 Err(error) => self.propagator.shorten(error)?,

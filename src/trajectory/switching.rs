@@ -1,8 +1,7 @@
 //! Steps that end where a force is switched.
 //!
 //! Within a step every force is on or off, so that the rates of change are smooth. Where the continuous
-//! solution of a step comes to a switch, the step is taken again up to there, and the next one begins after
-//! the switch.
+//! solution of a step comes to a switch, the step is repeated up to the switch, and the next step begins after it.
 
 use super::Simulation;
 use super::approach::Contact;
@@ -12,7 +11,7 @@ use crate::integrate::first_fall;
 use crate::interrupt::InterruptCheck;
 
 /// The distance from the end of a step, as a fraction of the step, within which a switch counts as being at
-/// the end. It is ten times as large for each time that the step has been taken again.
+/// the end. It is ten times as large for each repetition of the step.
 const AT_END: f64 = 1e-12;
 
 /// The units of work of the search for a switch, for [`InterruptCheck`].
@@ -21,11 +20,11 @@ const SEARCH: u64 = 200;
 impl Simulation {
     /// Returns the first switch in the last step before a contact: the force, and a time that is later than
     /// the switch by no more than the rounding of times. A switch at the end of the step has the time of that
-    /// end; `again` is the number of times that the step has been taken again.
+    /// end; `repetitions` is the number of times that the step has been repeated.
     pub(super) fn next_switch(
         &mut self,
         contact: Option<Contact>,
-        again: i32,
+        repetitions: i32,
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<(usize, f64)>> {
         if !self.motion.equations.external_forces().nears_switch() {
@@ -57,7 +56,7 @@ impl Simulation {
             first = Some((force, time));
         }
         let Some((force, time)) = first.filter(|(_, time)| *time != piece.start()) else { return Ok(None) };
-        let at_end = piece.fraction(time) >= 1.0 - AT_END * 10_f64.powi(again);
+        let at_end = piece.fraction(time) >= 1.0 - AT_END * 10_f64.powi(repetitions);
         Ok(Some((force, if at_end { self.propagator.time() } else { time })))
     }
 

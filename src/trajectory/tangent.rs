@@ -124,11 +124,11 @@ impl Tangents {
         propagator: &Propagator,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let growth_before: Vec<TangentState> = self.0.iter().map(|tangent| tangent.present.clone()).collect();
+        let previous: Vec<TangentState> = self.0.iter().map(|tangent| tangent.present.clone()).collect();
         let advanced =
             self.0.iter_mut().try_for_each(|tangent| tangent.advance(motion, propagator, interrupt));
         advanced.inspect_err(|_| {
-            for (tangent, present) in self.0.iter_mut().zip(growth_before) {
+            for (tangent, present) in self.0.iter_mut().zip(previous) {
                 tangent.present = present;
                 tangent.forget();
             }
@@ -194,7 +194,7 @@ impl Tangents {
         if present.time != state.time {
             return None;
         }
-        nominal.later(state.time, &variations.expand(&present.columns, [start, state], nominal).0)
+        nominal.propagated(state.time, &variations.expand(&present.columns, [start, state], nominal).0)
     }
 
     /// Records the derivatives or indicators at a state of the run, which is where the tangent vectors are or
@@ -248,8 +248,7 @@ impl Tangent {
     ) -> Result<()> {
         let Some((stepper, splitting)) = propagator.fixed() else { return Ok(()) };
         let Self { variations, growth_monitor, collocation, present, start, .. } = self;
-        let growth_before =
-            growth_monitor.as_ref().map(|growth_monitor| growth_monitor.growth(&present.columns));
+        let previous = growth_monitor.as_ref().map(|growth_monitor| growth_monitor.growth(&present.columns));
         let mut mapped = StepTangentMap {
             equations: &mut motion.equations,
             splitting: splitting.clone(),
@@ -262,9 +261,9 @@ impl Tangent {
         };
         stepper.again(&mut mapped, interrupt)?;
         let now = propagator.time();
-        if let (Some(growth_monitor), Some(growth_before)) = (growth_monitor, growth_before) {
+        if let (Some(growth_monitor), Some(previous)) = (growth_monitor, previous) {
             let times = [present.time - start.time, now - start.time];
-            let growths = [growth_before, growth_monitor.growth(&present.columns)];
+            let growths = [previous, growth_monitor.growth(&present.columns)];
             growth_monitor.integrate_between(times, growths, &mut present.integrals);
         }
         self.settle(now);
@@ -277,8 +276,9 @@ impl Tangent {
         Ok(())
     }
 
-    /// Returns the tangent vectors at a time in the last step. `keep` says that the next step will begin there.
-    fn follow(&mut self, step: &mut LastStep, until: f64, keep: bool) -> Result<TangentState> {
+    /// Returns the tangent vectors at a time in the last step. `is_final` says that the next step will begin at that
+    /// time.
+    fn follow(&mut self, step: &mut LastStep, until: f64, is_final: bool) -> Result<TangentState> {
         let LastStep { equations, pieces, interrupt } = step;
         let mut advanced = self.present.clone();
         let mut prepared = false;
@@ -294,7 +294,7 @@ impl Tangent {
                     equations.prepare_variations(&self.variations, advanced.time, y, interrupt)?;
                     prepared = true;
                 }
-                self.step(equations, piece, [from, to], keep, &mut advanced, interrupt)?;
+                self.step(equations, piece, [from, to], is_final, &mut advanced, interrupt)?;
                 advanced.time = if to < 1.0 { until } else { piece.end() };
             }
         }
@@ -303,13 +303,13 @@ impl Tangent {
     }
 
     /// Advances tangent vectors from one fraction of a piece to another, in shorter steps where the equations
-    /// over the whole are not solved.
+    /// over the whole interval are not solved.
     fn step(
         &mut self,
         equations: &mut Dynamics,
         piece: &Segment,
         [from, to]: [f64; 2],
-        keep: bool,
+        is_final: bool,
         advanced: &mut TangentState,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
@@ -321,7 +321,7 @@ impl Tangent {
             let next = if from + 1.5 * length < to { from + length } else { to };
             let (time, size) = (piece.time_at(from), (next - from) * piece.size());
             load_nodes(collocation, variations, equations, (piece, [from, next]), [y, end], interrupt)?;
-            let follows = keep || from == first;
+            let follows = is_final || from == first;
             if !collocation.solve(equations, [time, size], &advanced.columns, follows, interrupt)? {
                 if advanced.columns.iter().any(|number| number.is_nan() || number.abs() > LARGEST) {
                     advanced.columns.fill(f64::NAN);
@@ -335,8 +335,8 @@ impl Tangent {
             }
             if let Some(growth_monitor) = growth_monitor {
                 let growth = |node| growth_monitor.growth(collocation.at_node(node));
-                let ends =
-                    [&advanced.columns, collocation.reached()].map(|columns| growth_monitor.growth(columns));
+                let ends = [&advanced.columns, collocation.end_columns()]
+                    .map(|columns| growth_monitor.growth(columns));
                 if (ends[1] - ends[0]).abs() > LONGEST && 0.5 * (next - from) >= SHORTEST {
                     length = 0.5 * (next - from);
                     continue;
@@ -345,8 +345,8 @@ impl Tangent {
                 growth_monitor.integrate(collocation.gauss(), step, growth, &mut advanced.integrals);
                 length *= 2.0;
             }
-            advanced.columns.copy_from_slice(collocation.reached());
-            if keep {
+            advanced.columns.copy_from_slice(collocation.end_columns());
+            if is_final {
                 collocation.remember(size);
             }
             from = next;
@@ -360,11 +360,12 @@ impl Tangent {
         self.interior.forget();
     }
 
+    /// Makes the present tangent vectors those at this time, and scales back a long one.
     fn settle(&mut self, time: f64) {
         self.present.time = time;
         self.interior.forget();
         if let Some(growth_monitor) = &mut self.growth_monitor
-            && growth_monitor.settle(&mut self.present.columns)
+            && growth_monitor.rescale(&mut self.present.columns)
         {
             self.collocation.forget();
         }
@@ -398,9 +399,8 @@ impl Tangent {
         if !columns.iter().all(|number| number.is_finite()) {
             return Err(Error::NotConverged {
                 what: format!("the transition matrix at time {}", state.time),
-                detail:
-                    "its numbers leave the range of doubles; ask for chaos alone, or begin anew on the way"
-                        .to_owned(),
+                detail: "its numbers leave the range of doubles; compute chaos alone, or divide the run"
+                    .to_owned(),
             });
         }
         Ok(self.variations.expand(columns, [&self.start, state], &self.nominal))

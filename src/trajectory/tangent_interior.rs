@@ -35,7 +35,7 @@ impl TangentInterior {
     pub fn new(variations: &Variations, order: u32) -> Self {
         let collocation = Collocation::interior(variations, order);
         Self {
-            columns: collocation.reached().to_vec(),
+            columns: collocation.end_columns().to_vec(),
             collocation,
             part: None,
             length: 1.0,
@@ -109,7 +109,7 @@ impl TangentInterior {
         match part {
             Some(part) => {
                 collocation.remember((part.to - part.from) * pieces[part.piece].size());
-                columns.copy_from_slice(collocation.reached());
+                columns.copy_from_slice(collocation.end_columns());
             }
             None => {
                 *length = (2.0 * *length).min(1.0);

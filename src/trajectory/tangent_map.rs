@@ -57,7 +57,7 @@ impl Flows for StepTangentMap<'_> {
             return self.splitting.drift(self.equations, size, [high, low], interrupt);
         }
         let pieces = (self.splitting.farthest(self.equations, high, size) / ANGLE).ceil().max(1.0);
-        let mut ahead = self.splitting.clone();
+        let mut splitting_within = self.splitting.clone();
         let (mut y, mut tail, mut end) = (high.to_vec(), low.to_vec(), high.to_vec());
         for piece in 0..pieces as u64 {
             let Self { equations, variations, collocation, columns, time, .. } = self;
@@ -66,21 +66,21 @@ impl Flows for StepTangentMap<'_> {
                     y.copy_from_slice(high);
                     tail.copy_from_slice(low);
                     let part = (piece as f64 + fraction) / pieces;
-                    ahead.drift(equations, size * part, [y, &mut tail], interrupt)
+                    splitting_within.drift(equations, size * part, [y, &mut tail], interrupt)
                 };
             for node in 0..collocation.gauss().nodes.len() {
                 at(equations, collocation.gauss().nodes[node], &mut y, interrupt)?;
                 variations.evaluate_drift(equations, &y);
-                collocation.take(node, equations, variations, &y);
+                collocation.load(node, equations, variations, &y);
             }
             at(equations, 0.0, &mut y, interrupt)?;
             at(equations, 1.0, &mut end, interrupt)?;
-            collocation.between(equations, variations, [&y, &end]);
+            collocation.load_ends(equations, variations, [&y, &end]);
             let size = size / pieces;
             if !collocation.solve(equations, [*time, size], columns, piece > 0, interrupt)? {
                 return Err(self.failed());
             }
-            columns.copy_from_slice(collocation.reached());
+            columns.copy_from_slice(collocation.end_columns());
             collocation.remember(size);
         }
         self.splitting.drift(self.equations, size, [high, low], interrupt)

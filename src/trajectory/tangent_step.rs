@@ -33,11 +33,11 @@ pub(super) fn load_nodes(
         piece.at(fraction, y);
         interrupt.charge(variations.work(equations), piece.time_at(from))?;
         variations.evaluate(equations, piece.time_at(fraction), y, interrupt)?;
-        collocation.take(node, equations, variations, y);
+        collocation.load(node, equations, variations, y);
     }
     piece.at(from, y);
     piece.at(to, end);
-    collocation.between(equations, variations, [y, end]);
+    collocation.load_ends(equations, variations, [y, end]);
     Ok(())
 }
 

@@ -7,7 +7,7 @@ use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Interaction, Link, Method, Pose, PredictedMotion};
-use fullbody::shape::{Body, InputPart, Proximity, Shape, growth};
+use fullbody::shape::{Body, InputPart, Proximity, Shape};
 use proptest::prelude::*;
 use std::sync::Arc;
 
@@ -129,7 +129,7 @@ proptest! {
         prop_assert_eq!(body.outer_parts().count(), 2);
         let separation = direction * distance;
         let proximity =
-            Proximity::of([&body, &body], &separation, [&a, &b], 0.0, &mut InterruptCheck::never()).unwrap();
+            Proximity::compute([&body, &body], &separation, [&a, &b], 0.0, &mut InterruptCheck::never()).unwrap();
         let mut least = f64::INFINITY;
         for first in body.parts() {
             for second in body.parts() {

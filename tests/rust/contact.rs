@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use fullbody::math::{Mat3, Vec3, rotation};
-use fullbody::shape::{Growth, Shape, growth};
+use fullbody::shape::{Growth, Shape};
 use serde_json::Value;
 
 const STRAIGHT: Mat3 = Mat3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);

@@ -223,7 +223,7 @@ fn nodes_and_series_of_equal_shapes_are_made_once() {
         for k in 0..3 {
             let (system, mut state) = tumbling(method, AttitudeChart::Quaternion);
             state = replaced(state, |[.., spin]| spin[1].z += 0.1 * f64::from(k));
-            let system = system.sharing(store.clone());
+            let system = system.with_store(store.clone());
             let mut record = Trajectory::new(2);
             let mut simulation =
                 Simulation::begin(&system, &state, verner98(1e-9), &mut InterruptCheck::never()).unwrap();
@@ -252,7 +252,7 @@ fn facets_and_layers_of_a_polyhedron_are_made_once() {
         let bodies = vec![Body::with_mass("A", shape, 0.8).unwrap(), start.bodies()[1].clone()];
         let system = System::new(bodies, 1.0, *start.settings()).unwrap();
         let own = system.interactions(&state).unwrap();
-        let system = system.sharing(store.clone());
+        let system = system.with_store(store.clone());
         let shared = system.interactions(&state).unwrap();
         assert_eq!((own.force.clone(), own.torque), (shared.force, shared.torque));
         counts.push(store.len());

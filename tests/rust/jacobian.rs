@@ -142,7 +142,7 @@ fn tangent_vectors_allocate_nothing_within_a_step() {
         let endless = &mut InterruptCheck::never();
         let mut dynamics = system.dynamics(&frame, endless).unwrap();
         dynamics.prepare(0.0, &y, 0.1, endless).unwrap();
-        let all = Parameter::of(&system).into_iter().map(|(_, parameter)| parameter).collect();
+        let all = Parameter::all_of(&system).into_iter().map(|(_, parameter)| parameter).collect();
         let mut variations = Variations::new(&dynamics, all).unwrap();
         dynamics.prepare_variations(&variations, 0.0, &y, endless).unwrap();
         let columns = variations.start();
@@ -151,16 +151,18 @@ fn tangent_vectors_allocate_nothing_within_a_step() {
             let before = allocations();
             for node in 0..collocation.gauss().nodes.len() {
                 variations.evaluate(&mut dynamics, 0.0, &y, endless).unwrap();
-                collocation.take(node, &dynamics, &variations, &y);
+                collocation.load(node, &dynamics, &variations, &y);
             }
-            collocation.between(&dynamics, &variations, [&y, &y]);
+            collocation.load_ends(&dynamics, &variations, [&y, &y]);
             let solved = collocation.solve(&dynamics, [0.0, 0.1], &columns, false, endless).unwrap();
             if collocation.gauss().nodes.len() > 5 {
                 assert!(collocation.is_resolved(0.1));
                 collocation.within(&dynamics, (0.5, 0.1), &y, &mut within);
             }
             assert_eq!(allocations() - before, 0, "{gravity}");
-            assert!(solved && collocation.reached().iter().chain(&within).all(|number| number.is_finite()));
+            assert!(
+                solved && collocation.end_columns().iter().chain(&within).all(|number| number.is_finite())
+            );
         }
     }
 }

@@ -7,7 +7,7 @@ use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Interaction, Method, Pair, PartGravity, Pose};
 use fullbody::quadrature::Order;
-use fullbody::shape::{Shape, contact_function};
+use fullbody::shape::Shape;
 use proptest::prelude::*;
 use std::fmt::Display;
 use std::sync::Arc;

@@ -8,7 +8,9 @@ use fullbody::math::spline::Spline;
 use fullbody::math::{Mat3, Vec3, rotation};
 use fullbody::mutual::Method;
 use fullbody::shape::{Body, Shape};
-use fullbody::trajectory::{Condition, Dense, Output, Run, Simulation, TangentOptions, Toward, Trajectory};
+use fullbody::trajectory::{
+    Condition, Dense, Output, Run, Simulation, TangentOptions, Trajectory, Viewpoint,
+};
 use std::f64::consts::{PI, SQRT_2};
 use std::ops::ControlFlow;
 
@@ -63,9 +65,9 @@ impl Passage {
 fn crossings(system: &System, dense: &Dense, [body, by]: [usize; 2], total: bool) -> Vec<f64> {
     let times = [-100.0, -50.0, 50.0, 100.0];
     let path = Spline::new("times", &times, &[[0.0, 0.0, 1.0]; 4]).unwrap();
-    let toward = Box::new(Toward { path, bounded: true, distant: true, slowness: 0.0 });
+    let toward = Box::new(Viewpoint { path, bounded: true, distant: true, slowness: 0.0 });
     let (from, to) = dense.range();
-    let condition = Condition::Occultation { body, by, total, toward };
+    let condition = Condition::Occultation { body, by, total, viewpoint: toward };
     let span = [from.min(to), from.max(to)];
     let [found] = &dense.crossings(system, vec![condition], span, &mut InterruptCheck::never()).unwrap()[..]
     else {
@@ -200,11 +202,11 @@ fn order_of_centres_is_not_that_of_bodies() {
     let times = |bodies, total| {
         let toward = |sign: f64| {
             let path = Spline::new("times", &[-9.0, -5.0, 5.0, 9.0], &[[0.0, 0.0, sign]; 4]).unwrap();
-            Box::new(Toward { path, bounded: true, distant: true, slowness: 0.0 })
+            Box::new(Viewpoint { path, bounded: true, distant: true, slowness: 0.0 })
         };
         [1.0, -1.0].map(|sign| {
             let [body, by] = bodies;
-            let condition = Condition::Occultation { body, by, total, toward: toward(sign) };
+            let condition = Condition::Occultation { body, by, total, viewpoint: toward(sign) };
             let found = dense.crossings(&system, vec![condition], [-2.0, 2.0], &mut InterruptCheck::never());
             found.unwrap()[0].clone()
         })

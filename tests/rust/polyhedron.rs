@@ -1,6 +1,6 @@
 //! Polyhedra against closed forms, exact integrals and independent formulas.
 
-use crate::support::refusal;
+use crate::support::{parallel_gap, refusal};
 use fullbody::dynamics::{Settings, State, System};
 use fullbody::error::Error;
 use fullbody::gravity::{Facets, Layer, LayerAttraction, PolyhedronGravity};
@@ -8,8 +8,8 @@ use fullbody::interrupt::InterruptCheck;
 use fullbody::math::harmonics::{count, index};
 use fullbody::math::lanes::{Lanes, VectorPath};
 use fullbody::math::logarithm::{angle, ln_one_plus};
-use fullbody::math::{Mat3, Vec3, triangle};
-use fullbody::shape::{Body, Polyhedron, Shape, gap_between};
+use fullbody::math::{Vec3, triangle};
+use fullbody::shape::{Body, Polyhedron, Shape};
 use pulp::{Arch, Scalar};
 
 /// A box of these sides from a corner.
@@ -239,9 +239,7 @@ fn a_pull_is_the_field_less_that_of_a_point() {
 fn gaps_are_distances() {
     let cube = Shape::Polyhedron(cuboid([-1.0; 3], [2.0; 3]));
     let ball = Shape::sphere(0.5).unwrap();
-    let one = Mat3::identity();
-    let between =
-        |other: &Shape, r: [f64; 3]| gap_between([&cube, other], &Vec3::from(r), [&one, &one]).unwrap();
+    let between = |other: &Shape, r: [f64; 3]| parallel_gap([&cube, other], r);
     close(between(&ball, [2.0, 0.3, 0.4]), 0.5, 1e-15);
     close(between(&ball, [2.0, 2.0, 0.4]), 2.0_f64.sqrt() - 0.5, 1e-15);
     close(between(&ball, [2.0, 2.0, 2.0]), 3.0_f64.sqrt() - 0.5, 1e-15);
@@ -253,7 +251,7 @@ fn gaps_are_distances() {
     assert!(between(&cube, [1.5, 0.3, 0.2]) < 0.0);
     let small = Shape::Polyhedron(cuboid([-0.1; 3], [0.2; 3]));
     assert!(between(&small, [0.2, 0.1, 0.0]) < 0.0);
-    assert!(gap_between([&small, &cube], &Vec3::new(0.2, 0.1, 0.0), [&one, &one]).unwrap() < 0.0);
+    assert!(parallel_gap([&small, &cube], [0.2, 0.1, 0.0]) < 0.0);
     // Beside an ellipsoid the bound is below the distance, and has its sign.
     let egg = Shape::ellipsoid([0.9, 0.5, 0.3]).unwrap();
     let bound = between(&egg, [2.0, 0.0, 0.0]);
@@ -325,4 +323,60 @@ fn bad_meshes_name_the_face() {
     let two =
         Polyhedron::new(&both(2.0, 1.0), &[CUBE, second].concat(), &mut InterruptCheck::never()).unwrap();
     close(two.volume(), 2.0, 1e-15);
+}
+
+/// Divides each face into four, this often, in its plane.
+fn divided(polyhedron: &Polyhedron, levels: usize) -> Polyhedron {
+    let (mut vertices, mut faces) = (polyhedron.vertices().collect::<Vec<_>>(), polyhedron.faces().to_vec());
+    for _ in 0..levels {
+        let mut middles = std::collections::HashMap::new();
+        let mut middle = |i: u32, j: u32| {
+            *middles.entry((i.min(j), i.max(j))).or_insert_with(|| {
+                vertices.push(0.5 * (vertices[i as usize] + vertices[j as usize]));
+                vertices.len() as u32 - 1
+            })
+        };
+        let quarters = |[a, b, c]: [u32; 3]| {
+            let [d, e, f] = [middle(b, c), middle(c, a), middle(a, b)];
+            [[a, f, e], [f, b, d], [e, d, c], [d, e, f]]
+        };
+        faces = faces.into_iter().flat_map(quarters).collect();
+    }
+    Polyhedron::new(&vertices, &faces, &mut InterruptCheck::never()).unwrap()
+}
+
+/// The rule over fragments against that over the faces of the same solids with few faces.
+#[test]
+fn boxes_of_many_faces_attract_as_those_of_few() {
+    let boxes = [cuboid([-0.5, -0.45, -0.4], [1.0, 0.9, 0.8]), cuboid([-0.3, -0.25, -0.2], [0.6, 0.5, 0.4])];
+    let system = |levels: [usize; 2], gravity_tolerance: f64| {
+        let body = |k: usize| {
+            let shape = Shape::Polyhedron(divided(&boxes[k], levels[k]));
+            Body::with_mass(["A", "B"][k], shape, [2.0, 0.3][k]).unwrap()
+        };
+        let settings = Settings { gravity_tolerance, ..Settings::default() };
+        System::new(vec![body(0), body(1)], 1.0, settings).unwrap()
+    };
+    for (position, turn) in [
+        (Vec3::new(0.83, 0.1, -0.05), [1.0, 0.0, 0.0, 0.0]),
+        (Vec3::new(0.1, -0.3, 0.77), [1.0, 0.0, 0.0, 0.0]),
+        (Vec3::new(0.85, 0.65, 0.5), [0.8, 0.2, -0.4, 0.4]),
+    ] {
+        let (position, still) = (vec![Vec3::zeros(), position], vec![Vec3::zeros(); 2]);
+        let attitude = vec![[1.0, 0.0, 0.0, 0.0], turn];
+        let state = State::new(0.0, position, still.clone(), attitude, still).unwrap();
+        let expected = system([0, 0], 1e-11).interactions(&state).unwrap();
+        let size = expected.force[0].norm();
+        for tolerance in [1e-3, 1e-6] {
+            let found = system([3, 2], tolerance).interactions(&state).unwrap();
+            let error = found.truncation_error;
+            assert!(error > 0.0 && error <= tolerance, "{error}");
+            let allowed = (error + 1e-10) * size;
+            for k in 0..2 {
+                assert!((found.force[k] - expected.force[k]).norm() < allowed);
+                // Errors of torques are relative to the force times the circumradius.
+                assert!((found.torque[k] - expected.torque[k]).norm() < allowed);
+            }
+        }
+    }
 }

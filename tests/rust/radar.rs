@@ -1,8 +1,9 @@
 //! Radar echoes: closed forms of a sphere, sums of bins, refusals, interruptions.
 
+use crate::polyhedron::cuboid;
 use fullbody::error::Error;
 use fullbody::interrupt::InterruptCheck;
-use fullbody::math::Vec3;
+use fullbody::math::{Vec3, rotation};
 use fullbody::photometry::View;
 use fullbody::radar::{Bins, BodyEcho, EchoView, Law, Radar};
 use fullbody::shape::{Body, Shape};
@@ -93,6 +94,80 @@ fn a_body_hidden_by_its_equal_has_no_echo() {
     let [behind, before] = [&power[..11], &power[11..]].map(|power| power.iter().sum::<f64>());
     assert!(behind < 1e-9 * before, "{behind}");
     assert!((before / (2.0 * PI * 2.6 / 4.2) - 1.0).abs() < 1e-11);
+}
+
+/// Two spheres of the radii 1 and 0.6, the smaller one in front and aside.
+#[test]
+fn a_sphere_loses_to_one_in_front_what_arcs_of_circles_tell() {
+    let body = |name, radius| Body::with_mass(name, Shape::ellipsoid([radius; 3]).unwrap(), 1.0).unwrap();
+    let law = Law::cosine(1.0, 1.0).unwrap();
+    let radar = Radar::new(vec![body("Alpha", 1.0), body("Beta", 0.6)], vec![law, law], true).unwrap();
+    let (frequencies, delays) = (edges(-1.1, 1.1, 11), edges(-2.0, 0.0, 8));
+    for d in [0.1, 0.5, 0.9, 1.3, 1.7] {
+        let position = [Vec3::zeros(), Vec3::new(5.0, 0.8 * d, -0.6 * d)];
+        let view = View { position: &position, attitude: &[ATTITUDE[0]; 2], ..view(Vec3::x()).view };
+        let echo = |delays: &[f64]| {
+            let bins = Bins::new(&frequencies, delays).unwrap();
+            let views = [EchoView { view, echoes: &[ECHO[0]; 2] }];
+            radar.echo(&views, &bins, &mut InterruptCheck::never()).unwrap()
+        };
+        let (image, spectrum) = (echo(&delays), echo(&[]));
+        // The echo 2 cos^2 dS of a ring of the radius r is 2 sqrt(1 - r^2) times its length, of which the disc in
+        // front leaves this, times dr. With the cosine x it is 2 x^2 dx times the angle.
+        let angle = |r: f64| {
+            let cos = (r * r + d * d - 0.36) / (2.0 * r * d);
+            2.0 * (PI - cos.clamp(-1.0, 1.0).acos())
+        };
+        for (k, row) in image[..88].chunks(11).enumerate() {
+            let (low, count) = (1.0 - 0.125 * (k + 1) as f64, 20_000);
+            let expected: f64 = (0..count)
+                .map(|i| low + 0.125 * (f64::from(i) + 0.5) / f64::from(count))
+                .map(|x| 0.125 / f64::from(count) * 2.0 * x * x * angle((1.0 - x * x).sqrt()))
+                .sum();
+            let found: f64 = row.iter().sum();
+            assert!((found - expected).abs() < 1e-6, "{d}, {k}: {found} {expected}");
+        }
+        for k in 0..11 {
+            let column: f64 = image[..88].iter().skip(k).step_by(11).sum();
+            assert!((column - spectrum[k]).abs() < 1e-9, "{d}, {k}: {column} {}", spectrum[k]);
+        }
+    }
+}
+
+#[test]
+fn facets_have_the_echo_of_points_on_them() {
+    const COUNT: usize = 240;
+    let cuboid = Shape::Polyhedron(cuboid([-0.5, -0.4, -0.3], [1.0, 0.8, 0.6]));
+    let body = Body::with_mass("Alpha", cuboid, 1.0).unwrap();
+    let radar = Radar::new(vec![body.clone()], vec![Law::cosine(1.0, 1.0).unwrap()], true).unwrap();
+    let attitude = [[0.8, 0.2, -0.4, 0.4]];
+    let (frequencies, delays) = (edges(-0.8, 0.8, 8), edges(-1.6, 1.6, 16));
+    let bins = Bins::new(&frequencies, &delays).unwrap();
+    let one = view(Vec3::x());
+    let views = [EchoView { view: View { attitude: &attitude, ..one.view }, ..one }];
+    let power = radar.echo(&views, &bins, &mut InterruptCheck::never()).unwrap();
+    let (mut expected, mut total) = (vec![0.0; 128], 0.0);
+    let Shape::Polyhedron(polyhedron) = &body.parts()[0].shape else { unreachable!() };
+    for face in 0..polyhedron.faces().len() {
+        let [a, b, c] = polyhedron.corners(face).map(|v| rotation::matrix(attitude[0]) * v);
+        let normal = (b - a).cross(&(c - a));
+        let cosine = normal.normalize().x.max(0.0);
+        let cell = cosine * cosine * normal.norm() / (COUNT * COUNT) as f64;
+        // The centres of equal triangles.
+        let lower = (0..COUNT).flat_map(|i| (0..COUNT - i).map(move |j| (i, j, 1.0 / 3.0)));
+        let upper = (0..COUNT - 1).flat_map(|i| (0..COUNT - 1 - i).map(move |j| (i, j, 2.0 / 3.0)));
+        for (i, j, within) in lower.chain(upper) {
+            let [u, v] = [i, j].map(|k| (k as f64 + within) / COUNT as f64);
+            let x = a + (b - a) * u + (c - a) * v;
+            let [column, row] = [(x.y + 0.8) / 0.2, (1.6 - 2.0 * x.x) / 0.2].map(|place| place as usize);
+            expected[8 * row + column] += cell;
+            total += cell;
+        }
+    }
+    assert!(power.iter().filter(|power| **power > 1e-3).count() > 10);
+    for (found, expected) in power.iter().zip(&expected) {
+        assert!((found - expected).abs() < 2e-3 * total, "{found} {expected}");
+    }
 }
 
 #[test]

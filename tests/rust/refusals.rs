@@ -40,7 +40,7 @@ fn refused<T>(outcome: Result<T, Error>, with: &str) {
 }
 
 #[test]
-fn states() {
+fn invalid_states_are_refused() {
     let one = vec![Vec3::zeros()];
     refused(two_points().with_velocity(one.clone()), "number of bodies in velocity is 1; expected 2");
     refused(two_points().with_spin(one.clone()), "number of bodies in spin is 1; expected 2");
@@ -56,7 +56,7 @@ fn states() {
 }
 
 #[test]
-fn bodies() {
+fn invalid_bodies_are_refused() {
     for mass in [-1.0, 0.0, f64::NAN, f64::INFINITY] {
         refused(Body::with_mass("Alpha", Shape::Point, mass), "mass of Alpha");
     }
@@ -78,7 +78,7 @@ fn records_of_another_number_of_bodies() {
 
 /// A record gives what the state itself has.
 #[test]
-fn samples_by_body() {
+fn samples_by_body_are_those_of_the_state() {
     let body = |name| Body::with_mass(name, Shape::ellipsoid([0.3, 0.2, 0.1]).unwrap(), 1.0).unwrap();
     let system = System::new(vec![body("A"), body("B")], 1.0, Settings::default()).unwrap();
     let start = two_points().with_spin(vec![Vec3::new(0.1, 0.2, 0.3), Vec3::new(-0.3, 0.1, 0.2)]).unwrap();
@@ -152,7 +152,7 @@ fn arrays_of_gravity_at_points() {
 }
 
 #[test]
-fn flights() {
+fn invalid_flights_are_refused() {
     let system = points(&["A", "B"]);
     let mut record = Trajectory::new(2);
     let run = Run { dense: true, ..Run::new(&Output::Ends) };
@@ -192,7 +192,7 @@ fn flights() {
 }
 
 #[test]
-fn views() {
+fn invalid_views_are_refused() {
     let body = |name| Body::with_mass(name, Shape::sphere(0.2).unwrap(), 1.0).unwrap();
     let surface = Surface { law: Law::LOMMEL_SEELIGER, albedo: vec![1.0] };
     let photometer = Photometer::new(vec![body("A"), body("B")], vec![surface; 2], true, 0.0).unwrap();

@@ -1,8 +1,8 @@
 //! Volume, inertia, refusals, contact and overlap.
 
 use crate::support::*;
-use fullbody::math::{Mat3, Vec3};
-use fullbody::shape::{Body, Ellipsoid, Shape, contact_function, growth};
+use fullbody::math::{Mat3, Vec3, rotation};
+use fullbody::shape::{Body, Ellipsoid, InputCoefficients, Shape, StokesCoefficients};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
@@ -240,4 +240,33 @@ proptest! {
         let [first, second] = [a, b].map(|axes| ellipsoid(axes.map(|v| v * scale)));
         close(contact_function(&first, &second, &(separation * scale), &ra, &rb), f, 2e-14);
     }
+}
+
+/// The second moments of an ellipsoid, turned about every axis, give coefficients of degree two in closed form (Kaula
+/// 1966, Theory of Satellite Geodesy, section 1.2), from which its radius and its moments of inertia come back.
+#[test]
+fn stokes_coefficients_of_an_ellipsoid_have_its_moments_of_inertia() {
+    let squares = Vec3::new(1.0, 0.64, 0.36) / 5.0;
+    let turn = rotation::tait_bryan_matrix([0.4, -0.7, 1.1]);
+    let second = turn * Mat3::from_diagonal(&squares) * turn.transpose();
+    let reference_radius: f64 = 1.3;
+    let at = |i: usize, j: usize| second[(i, j)] / reference_radius.powi(2);
+    let root = |square: f64| f64::sqrt(square);
+    // In the order S22, S21, C20, C21, C22, each divided by its factor of the normalisation to 4 pi.
+    let degree_two = [
+        0.5 * at(0, 1) / root(5.0 / 12.0),
+        at(1, 2) / root(5.0 / 3.0),
+        (at(2, 2) - 0.5 * (at(0, 0) + at(1, 1))) / root(5.0),
+        at(0, 2) / root(5.0 / 3.0),
+        0.25 * (at(0, 0) - at(1, 1)) / root(5.0 / 12.0),
+    ];
+    let coefficients = [vec![1.0, 0.0, 0.0, 0.0], degree_two.to_vec()].concat();
+    let mean_inertia = 2.0 / 3.0 * squares.sum();
+    let input = InputCoefficients { coefficients, reference_radius, mean_inertia, radius: 1.1 };
+    let stokes = StokesCoefficients::new(input).unwrap();
+    assert_eq!((stokes.radius(), stokes.degree()), (1.1, 2));
+    let mut found = stokes.inertia_per_mass();
+    found.as_mut_slice().sort_by(f64::total_cmp);
+    let [x, y, z] = squares.into();
+    assert!((found - Vec3::new(y + z, x + z, x + y)).norm() < 1e-15, "{found}");
 }

@@ -5,7 +5,7 @@ use fullbody::gravity::{Attractor, BodyField, GravityOutput, Points};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3, rotation};
-use fullbody::shape::Body;
+use fullbody::shape::{Body, Growth, Shape, gap_between};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 use serde_json::Value;
@@ -126,6 +126,23 @@ pub fn semi_axes(flattest: f64) -> impl Strategy<Value = [f64; 3]> {
 pub fn cases(number: u32) -> Config {
     let rng_seed = proptest::test_runner::RngSeed::Fixed(1930);
     Config { cases: number, max_shrink_iters: 50, failure_persistence: None, rng_seed, ..Config::default() }
+}
+
+/// Returns the factor by which two shapes must grow to touch.
+pub fn growth(first: &Shape, second: &Shape, separation: &Vec3, a: &Mat3, b: &Mat3) -> Growth {
+    let mut interrupt = InterruptCheck::never();
+    fullbody::shape::growth([first, second], separation, [a, b], 0.0, &mut interrupt).unwrap()
+}
+
+/// Returns the contact function of Perram & Wertheim: the square of the factor by which two shapes must grow to touch.
+pub fn contact_function(first: &Shape, second: &Shape, separation: &Vec3, a: &Mat3, b: &Mat3) -> f64 {
+    growth(first, second, separation, a, b).factor.powi(2)
+}
+
+/// Returns the gap between a polyhedron and another shape, whose frames are parallel.
+pub fn parallel_gap(shapes: [&Shape; 2], separation: [f64; 3]) -> f64 {
+    let mut interrupt = InterruptCheck::never();
+    gap_between(shapes, &separation.into(), [&Mat3::identity(); 2], 0.0, &mut interrupt).unwrap().unwrap()
 }
 
 /// A body's gravity in its own frame, at one point after the other.

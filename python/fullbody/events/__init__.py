@@ -344,7 +344,7 @@ class Occultation(Event):
             vectors, knots = np.repeat(vectors, 4, axis=0), np.arange(4.0)
         else:
             knots = context.units.numbers(times, "time", "times of Occultation")
-        path = _core.Toward(knots.tolist(), vectors.tolist(), self.slowness, self.distant, times is not None)
+        path = _core.Viewpoint(knots.tolist(), vectors.tolist(), self.slowness, self.distant, times is not None)
         numbers = self._unitless(context.units, context.index)
         return _core.Condition.Occultation(numbers["body"], numbers["by"], self.total, path)
 

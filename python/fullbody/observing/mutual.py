@@ -116,7 +116,7 @@ def mutual_events(
         refuse_near(system, local, what, np.array(toward), centre, states["attitude"], np.array(knots), 1.0, 1.0)
         for q, limb in enumerate(_limb(np.array(toward), radius if len(points[kind]) > 1 else 0.0)):
             slowness = KINDS[kind] / local.light_speed
-            directions[kind, q] = _core.Toward(knots, limb.tolist(), slowness, local.distant, False)
+            directions[kind, q] = _core.Viewpoint(knots, limb.tolist(), slowness, local.distant, False)
     conditions = [_core.Condition.Occultation(i, j, total, directions[kind, q]) for kind, i, j, total, q in keys]
     forward = solution.range[0] < solution.range[1]
     crossings = solution.crossings(system.context.core, conditions, span)

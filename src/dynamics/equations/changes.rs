@@ -20,18 +20,18 @@ pub struct ParameterChanges {
 impl System {
     /// Returns the parameters by which motions can be differentiated, with their values.
     pub fn parameter_values(&self) -> Vec<(String, f64)> {
-        Parameter::of(self).into_iter().map(|(name, parameter)| (name, parameter.value(self))).collect()
+        Parameter::all_of(self).into_iter().map(|(name, parameter)| (name, parameter.value(self))).collect()
     }
 
-    /// Returns the changes of the parameters that lead from this system to another one, and what of the other
-    /// one they do not explain. Settings are not compared.
+    /// Returns the changes of the parameters that lead from this system to another one, and the first difference that
+    /// they do not explain. Settings are not compared.
     ///
     /// # Errors
     /// [`Error::InvalidInput`] for parameters that cannot be changed one after the other.
     pub fn parameter_changes(&self, other: &Self) -> Result<ParameterChanges> {
         let (mut changed, mut changes) = (self.clone(), Vec::new());
-        let mut parameters = Parameter::of(self);
-        if parameters.iter().map(|(name, _)| name).eq(Parameter::of(other).iter().map(|(name, _)| name)) {
+        let mut parameters = Parameter::all_of(self);
+        if parameters.iter().map(|(name, _)| name).eq(Parameter::all_of(other).iter().map(|(name, _)| name)) {
             // The mass of a composite remains to be changed only where its parts do not explain it; a density
             // changes nothing else than a mass.
             parameters.sort_by_key(|(_, parameter)| !matches!(parameter, Parameter::Part(..)));
@@ -49,11 +49,11 @@ impl System {
     }
 
     fn description(&self) -> Result<Value> {
-        let described = serde_json::to_value((self.gravitational_constant, &self.bodies, self.forces()));
-        let mut described = described.map_err(|error| {
+        let values = serde_json::to_value((self.gravitational_constant, &self.bodies, self.forces()));
+        let mut values = values.map_err(|error| {
             Error::invalid("the description of a system", error.to_string(), "numbers and texts")
         })?;
-        Ok(json!({ "G": described[0].take(), "bodies": described[1].take(), "forces": described[2].take() }))
+        Ok(json!({ "G": values[0].take(), "bodies": values[1].take(), "forces": values[2].take() }))
     }
 }
 

@@ -34,7 +34,7 @@ impl System {
         self.interactions_with(state, &mut InterruptCheck::never())
     }
 
-    /// Does the same as [`Self::interactions`], with an interrupt check.
+    /// Evaluates [`Self::interactions`] with interrupt checks.
     ///
     /// # Errors
     /// Returns the errors of [`Self::interactions`], and [`Error::Interrupted`].
@@ -92,7 +92,7 @@ impl System {
         self.external_loads_with(state, &mut InterruptCheck::never())
     }
 
-    /// Does the same as [`Self::external_loads`], with an interrupt check.
+    /// Evaluates [`Self::external_loads`] with interrupt checks.
     ///
     /// # Errors
     /// Returns the errors of [`Self::external_loads`], and [`Error::Interrupted`].
@@ -123,7 +123,7 @@ impl System {
         self.energy_with(state, &mut InterruptCheck::never())
     }
 
-    /// Does the same as [`Self::energy`], with an interrupt check.
+    /// Evaluates [`Self::energy`] with interrupt checks.
     ///
     /// # Errors
     /// Returns the errors of [`Self::energy`], and [`Error::Interrupted`].
@@ -154,7 +154,7 @@ impl System {
         self.momentum_with(state, &mut InterruptCheck::never())
     }
 
-    /// Does the same as [`Self::momentum`], with an interrupt check.
+    /// Evaluates [`Self::momentum`] with interrupt checks.
     ///
     /// # Errors
     /// Returns the errors of [`Self::momentum`], and [`Error::Interrupted`].
@@ -173,7 +173,7 @@ impl System {
         self.angular_momentum_with(state, &mut InterruptCheck::never())
     }
 
-    /// Does the same as [`Self::angular_momentum`], with an interrupt check.
+    /// Evaluates [`Self::angular_momentum`] with interrupt checks.
     ///
     /// # Errors
     /// Returns the errors of [`Self::angular_momentum`], and [`Error::Interrupted`].

@@ -252,12 +252,12 @@ impl BarycentricFrame {
     pub fn state(&self, time: f64, high: &[f64], low: &[f64]) -> State {
         let layout = self.layout;
         let elapsed = time - self.epoch;
-        let travelled = self.barycentre_velocity.map(|v| v * elapsed);
+        let displacement = self.barycentre_velocity.map(|v| v * elapsed);
         let (offset, offset_rate) = self.barycentre_offset(high);
         let (offset_low, offset_rate_low) = self.barycentre_offset(low);
-        let placed = |index: usize, nominal: [f64; 3], travelled: [f64; 3], offset: Vec3, tail: Vec3| {
+        let absolute = |index: usize, nominal: [f64; 3], displacement: [f64; 3], offset: Vec3, tail: Vec3| {
             Vec3::from([0, 1, 2].map(|c| {
-                let (partial, first) = two_sum(nominal[c], travelled[c]);
+                let (partial, first) = two_sum(nominal[c], displacement[c]);
                 let (barycentre, second) = two_sum(partial, offset[c]);
                 let (total, third) = two_sum(barycentre, high[index + c]);
                 total + (first + second + third + low[index + c] + tail[c])
@@ -267,10 +267,10 @@ impl BarycentricFrame {
         State {
             time,
             position: per_body(&|b| {
-                placed(layout.position(b), self.barycentre, travelled, offset, offset_low)
+                absolute(layout.position(b), self.barycentre, displacement, offset, offset_low)
             }),
             velocity: per_body(&|b| {
-                placed(layout.velocity(b), self.barycentre_velocity, [0.0; 3], offset_rate, offset_rate_low)
+                absolute(layout.velocity(b), self.barycentre_velocity, [0.0; 3], offset_rate, offset_rate_low)
             }),
             attitude: (0..layout.bodies).map(|b| self.attitude(b, high)).collect(),
             spin: per_body(&|b| vector(high, layout.spin(b))),

@@ -71,7 +71,7 @@ impl System {
 impl Dynamics {
     fn new(system: &System, frame: &BarycentricFrame, interrupt: &mut InterruptCheck) -> Result<Self> {
         let n = system.bodies().len();
-        system.polyhedra(interrupt)?;
+        system.check_polyhedra(interrupt)?;
         let external_forces = system.force_model().clone();
         // The list is allocated once: a thousand bodies have half a million pairs.
         let mut links = Vec::with_capacity(system.count_links());
@@ -87,7 +87,7 @@ impl Dynamics {
             parts: vec![(0..links.len(), Pair::ALL)],
             links,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
-            view: SnapshotBuffer::new(*frame, external_forces.wants_attitudes()),
+            view: SnapshotBuffer::new(*frame, external_forces.needs_attitudes()),
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             external_forces,
@@ -184,7 +184,7 @@ impl Dynamics {
         }
         let layout = self.layout;
         let positions = 3 * layout.bodies;
-        let (velocities, rest) = rate.split_at_mut(positions);
+        let (velocities, other_rates) = rate.split_at_mut(positions);
         velocities.copy_from_slice(&y[positions..2 * positions]);
         // `total` is not finite as soon as one of the rates is not. It is formed from values that are still
         // in registers, since reading the rates back from memory would take longer.
@@ -192,14 +192,14 @@ impl Dynamics {
         for body in 0..layout.bodies {
             let v = layout.velocity(body) - positions;
             let acceleration = &self.acceleration[body];
-            rest[v..v + 3].copy_from_slice(acceleration.as_slice());
+            other_rates[v..v + 3].copy_from_slice(acceleration.as_slice());
             let spin = vector(y, layout.spin(body));
             let a = layout.attitude(body);
             match layout.chart {
                 AttitudeChart::Quaternion => {
                     let q = [y[a], y[a + 1], y[a + 2], y[a + 3]];
                     let attitude_rate = rotation::quaternion_rate(q, spin);
-                    rest[a - positions..a - positions + 4].copy_from_slice(&attitude_rate);
+                    other_rates[a - positions..a - positions + 4].copy_from_slice(&attitude_rate);
                     total += attitude_rate.iter().sum::<f64>();
                 }
                 AttitudeChart::TaitBryan => {
@@ -208,13 +208,13 @@ impl Dynamics {
                         return Err(Rejected::Pole);
                     }
                     let attitude_rate = rotation::tait_bryan_rate(angles, spin);
-                    rest[a - positions..a - positions + 3].copy_from_slice(&attitude_rate);
+                    other_rates[a - positions..a - positions + 3].copy_from_slice(&attitude_rate);
                     total += attitude_rate.iter().sum::<f64>();
                 }
             }
             let s = layout.spin(body) - positions;
             let change = euler(self.inertia[body], spin, self.torque[body]);
-            rest[s..s + 3].copy_from_slice(change.as_slice());
+            other_rates[s..s + 3].copy_from_slice(change.as_slice());
             total += acceleration.sum() + change.sum();
         }
         if layout.forces > 0 {

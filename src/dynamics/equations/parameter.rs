@@ -28,13 +28,13 @@ pub enum Parameter {
     /// A number of a body that is given by Stokes coefficients.
     Stokes(usize, StokesNumber),
     /// A parameter of a force, with the index of the force.
-    OfForce(usize, ForceParameter),
+    Force(usize, ForceParameter),
 }
 
 /// The derivatives with respect to a parameter of the interaction of two bodies, as factors of force and
 /// torques per unit G m m.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::dynamics) struct OfPair {
+pub(in crate::dynamics) struct PairFactors {
     /// The factors for the acceleration of either body.
     pub acceleration: [f64; 2],
     /// The factors for the torque on either body over its moments of inertia.
@@ -42,8 +42,8 @@ pub(in crate::dynamics) struct OfPair {
 }
 
 impl Parameter {
-    /// Returns all parameters with their names.
-    fn all(bodies: &[Body], forces: &[Force]) -> Vec<(String, Self)> {
+    /// Returns the parameters of bodies and forces with their names, also those of parts without derivatives.
+    fn candidates(bodies: &[Body], forces: &[Force]) -> Vec<(String, Self)> {
         let mut all = vec![("G".to_owned(), Self::GravitationalConstant)];
         for (k, body) in bodies.iter().enumerate() {
             all.push((format!("mass of {}", body.name), Self::Mass(k)));
@@ -83,17 +83,16 @@ impl Parameter {
         for (k, force) in forces.iter().enumerate() {
             let numbers = force.parameters().into_iter();
             all.extend(
-                numbers
-                    .map(|(what, number)| (format!("{what} of {}", force.name()), Self::OfForce(k, number))),
+                numbers.map(|(what, number)| (format!("{what} of {}", force.name()), Self::Force(k, number))),
             );
         }
         all
     }
 
     /// Returns the parameters by which a system can be differentiated, with their names.
-    pub fn of(system: &System) -> Vec<(String, Self)> {
-        let all = Self::all(system.bodies(), system.forces());
-        all.into_iter().filter(|(_, parameter)| parameter.of_part(system.bodies()).is_ok()).collect()
+    pub fn all_of(system: &System) -> Vec<(String, Self)> {
+        let all = Self::candidates(system.bodies(), system.forces());
+        all.into_iter().filter(|(_, parameter)| parameter.part_derivative(system.bodies()).is_ok()).collect()
     }
 
     /// Returns the parameter with this name.
@@ -102,28 +101,31 @@ impl Parameter {
     /// [`Error::InvalidInput`] lists the names of the system's parameters, or says why the system has no
     /// derivative with respect to this one.
     pub fn named(name: &str, system: &System) -> Result<Self> {
-        let all = Self::all(system.bodies(), system.forces());
+        let all = Self::candidates(system.bodies(), system.forces());
         let Some((_, parameter)) = all.iter().find(|(listed, _)| listed == name) else {
-            let names: Vec<_> = Self::of(system).iter().map(|(name, _)| format!("{name:?}")).collect();
+            let names: Vec<_> = Self::all_of(system).iter().map(|(name, _)| format!("{name:?}")).collect();
             let expected = format!("one of {}", names.join(", "));
             return Err(Error::invalid("parameter", format!("{name:?}"), expected));
         };
-        parameter.of_part(system.bodies()).map(|_| *parameter)
+        parameter.part_derivative(system.bodies()).map(|_| *parameter)
     }
 
     /// Returns the body and its derivatives, where the parameter belongs to a part of a composite.
-    pub(in crate::dynamics) fn of_part(self, bodies: &[Body]) -> Result<Option<(usize, PartDerivative)>> {
+    pub(in crate::dynamics) fn part_derivative(
+        self,
+        bodies: &[Body],
+    ) -> Result<Option<(usize, PartDerivative)>> {
         let Self::Part(body, part, number) = self else { return Ok(None) };
         bodies[body].by_part(part, number).map(|derivative| Some((body, derivative)))
     }
 
-    /// Returns an error for a parameter that [`Self::of`] does not list for the system.
+    /// Returns an error for a parameter that [`Self::all_of`] does not list for the system.
     pub(in crate::dynamics) fn check(self, system: &System) -> Result<()> {
-        let all = Self::all(system.bodies(), system.forces());
+        let all = Self::candidates(system.bodies(), system.forces());
         if all.iter().any(|(_, listed)| *listed == self) {
             return Ok(());
         }
-        let expected = "one of those that Parameter::of lists for the system";
+        let expected = "one of those that Parameter::all_of lists for the system";
         Err(Error::invalid("parameter", format!("{self:?}"), expected))
     }
 
@@ -140,16 +142,16 @@ impl Parameter {
         }
     }
 
-    /// Returns the body of whose harmonic moments the parameter changes one, the index of this moment, and its
+    /// Returns, for a parameter that changes one harmonic moment of a body, the body, the index of the moment, and its
     /// derivative.
-    pub(in crate::dynamics) fn of_moment(self, bodies: &[Body]) -> Option<(usize, usize, f64)> {
+    pub(in crate::dynamics) fn moment_derivative(self, bodies: &[Body]) -> Option<(usize, usize, f64)> {
         let Self::Stokes(body, StokesNumber::Coefficient(index)) = self else { return None };
         let stokes = stokes(&bodies[body])?;
         Some((body, index, stokes.moment_by_coefficient(index, stokes.input().reference_radius)))
     }
 
-    /// Returns the body of which the parameter is a length: a semi-axis or the scale.
-    pub(in crate::dynamics) fn shaped(self) -> Option<usize> {
+    /// Returns the body whose semi-axis or scale the parameter is.
+    pub(in crate::dynamics) fn shape_body(self) -> Option<usize> {
         match self {
             Self::SemiAxis(body, _) | Self::Scale(body) => Some(body),
             _ => None,
@@ -157,12 +159,12 @@ impl Parameter {
     }
 
     /// Returns the derivative of the interaction of two bodies, where the parameter is a length of one.
-    pub(in crate::dynamics) fn of_shape(
+    pub(in crate::dynamics) fn shape_derivative(
         self,
         bodies: [usize; 2],
         derivatives: &ShapeDerivatives,
     ) -> Option<Interaction> {
-        let which = bodies.iter().position(|other| Some(*other) == self.shaped())?;
+        let which = bodies.iter().position(|other| Some(*other) == self.shape_body())?;
         match self {
             Self::SemiAxis(_, axis) => Some(derivatives.axes[which][axis]),
             _ => Some(derivatives.scale[which]),
@@ -171,7 +173,7 @@ impl Parameter {
 
     /// Returns the body whose moments of inertia change with the parameter at a fixed mass, and their
     /// derivatives: I_1 = m (a_2^2 + a_3^2) / 5 for an ellipsoid.
-    pub(in crate::dynamics) fn of_inertia(self, bodies: &[Body]) -> Option<(usize, Vec3)> {
+    pub(in crate::dynamics) fn inertia_derivatives(self, bodies: &[Body]) -> Option<(usize, Vec3)> {
         if let Self::Scale(body) = self {
             return Some((body, 2.0 * bodies[body].inertia()));
         }
@@ -179,7 +181,7 @@ impl Parameter {
             let by = stokes(&bodies[body])?.inertia_by(number);
             return Some((body, by * bodies[body].mass));
         }
-        if let Ok(Some((body, derivative))) = self.of_part(bodies) {
+        if let Ok(Some((body, derivative))) = self.part_derivative(bodies) {
             return Some((body, derivative.inertia));
         }
         let (body, axis) = self.semi_axis()?;
@@ -191,7 +193,7 @@ impl Parameter {
     /// Returns the relative derivatives of the effects of a force on a body: of the body's acceleration, and
     /// of the rate of its spin at constant moments of inertia. They are the relative derivative of the loads
     /// minus that of the body's mass.
-    pub(in crate::dynamics) fn of_rates(
+    pub(in crate::dynamics) fn rate_factors(
         self,
         force: usize,
         on: usize,
@@ -203,8 +205,9 @@ impl Parameter {
             Self::GravitationalConstant if g != 0.0 => [external_forces.powers(force, on, on)[0] / g; 2],
             Self::Mass(k) | Self::Density(k, _) | Self::Part(k, _, PartNumber::Mass) => {
                 let is_own = if k == on { 1.0 } else { 0.0 };
-                let (by, power) = (self.of_mass(k) / masses[k], external_forces.powers(force, k, on)[1]);
-                // The moments of a composite are accounted for by `of_inertia`.
+                let (by, power) =
+                    (self.mass_derivative(k) / masses[k], external_forces.powers(force, k, on)[1]);
+                // The moments of a composite are accounted for by `inertia_derivatives`.
                 let moments = if let Self::Part(..) = self { 0.0 } else { is_own };
                 [by * (power - is_own), by * (power - moments)]
             }
@@ -213,8 +216,8 @@ impl Parameter {
     }
 
     /// Returns the derivative of G times the mass of all bodies, which the orbits of third bodies contain.
-    pub(in crate::dynamics) fn of_total_mu(self, g: f64, masses: &[f64]) -> f64 {
-        let by_mass = |body: usize| g * self.of_mass(body);
+    pub(in crate::dynamics) fn total_mu_derivative(self, g: f64, masses: &[f64]) -> f64 {
+        let by_mass = |body: usize| g * self.mass_derivative(body);
         match self {
             Self::GravitationalConstant => masses.iter().sum(),
             _ => (0..masses.len()).map(by_mass).sum(),
@@ -222,7 +225,7 @@ impl Parameter {
     }
 
     /// Returns the derivative of a body's mass.
-    pub fn of_mass(self, body: usize) -> f64 {
+    pub fn mass_derivative(self, body: usize) -> f64 {
         match self {
             Self::Mass(k) if k == body => 1.0,
             Self::Density(k, volume) if k == body => volume,
@@ -232,17 +235,22 @@ impl Parameter {
     }
 
     /// Returns the derivatives of the interaction of two bodies.
-    pub(in crate::dynamics) fn of_pair(self, bodies: [usize; 2], g: f64, masses: [f64; 2]) -> OfPair {
+    pub(in crate::dynamics) fn pair_factors(
+        self,
+        bodies: [usize; 2],
+        g: f64,
+        masses: [f64; 2],
+    ) -> PairFactors {
         if self == Self::GravitationalConstant {
-            return OfPair { acceleration: [masses[1], masses[0]], torque: [masses[0] * masses[1]; 2] };
+            return PairFactors { acceleration: [masses[1], masses[0]], torque: [masses[0] * masses[1]; 2] };
         }
         // The loads of a part depend on its position as well, and their derivatives are computed elsewhere.
         if let Self::Part(..) = self {
-            return OfPair { acceleration: [0.0; 2], torque: [0.0; 2] };
+            return PairFactors { acceleration: [0.0; 2], torque: [0.0; 2] };
         }
         // A body's own mass is a factor of both its torque and its moments, and cancels.
-        let by = bodies.map(|body| self.of_mass(body));
-        OfPair {
+        let by = bodies.map(|body| self.mass_derivative(body));
+        PairFactors {
             acceleration: [g * by[1], g * by[0]],
             torque: [g * masses[0] * by[1], g * masses[1] * by[0]],
         }
@@ -261,7 +269,7 @@ impl Parameter {
     #[doc(hidden)]
     pub fn moves_third_body(self, force: usize) -> bool {
         match self {
-            Self::OfForce(other, _) => other == force,
+            Self::Force(other, _) => other == force,
             _ => self.is_mass() || self == Self::GravitationalConstant,
         }
     }
@@ -289,21 +297,23 @@ impl Parameter {
                 }
             }
             Self::Mass(k) | Self::Density(k, _) => {
-                bodies[k] = bodies[k].of_mass(bodies[k].mass + by * self.of_mass(k))?;
+                bodies[k] = bodies[k].with_total_mass(bodies[k].mass + by * self.mass_derivative(k))?;
             }
             Self::SemiAxis(k, axis) => {
                 let mut axes = bodies[k].semi_axes();
                 axes[axis] += by;
-                bodies[k] = bodies[k].of_shape(Shape::ellipsoid(axes)?)?;
+                bodies[k] = bodies[k].with_shape(Shape::ellipsoid(axes)?)?;
             }
-            Self::Scale(k) => bodies[k] = bodies[k].of_shape(bodies[k].parts()[0].shape.scaled(1.0 + by))?,
+            Self::Scale(k) => {
+                bodies[k] = bodies[k].with_shape(bodies[k].parts()[0].shape.scaled(1.0 + by))?
+            }
             Self::Part(k, part, number) => bodies[k] = bodies[k].with_part(part, number, by)?,
             Self::Stokes(k, number) => {
                 if let Some(stokes) = stokes(&bodies[k]) {
-                    bodies[k] = bodies[k].of_shape(Shape::Stokes(stokes.with(number, by)?))?;
+                    bodies[k] = bodies[k].with_shape(Shape::Stokes(stokes.with(number, by)?))?;
                 }
             }
-            Self::OfForce(k, number) => forces[k] = forces[k].with_parameter(number, by, g),
+            Self::Force(k, number) => forces[k] = forces[k].with_parameter(number, by, g),
         }
         System::new(bodies, g, *system.settings())?.with_forces(forces)
     }
@@ -321,7 +331,7 @@ impl Parameter {
             Self::Part(k, part, PartNumber::Position(axis)) => bodies[k].input_parts()[part].position[axis],
             Self::Stokes(k, number) => stokes(&bodies[k])
                 .map_or(f64::NAN, |stokes| stokes.number(number, stokes.input().reference_radius)),
-            Self::OfForce(k, number) => system.forces()[k].parameter_value(number, g),
+            Self::Force(k, number) => system.forces()[k].parameter_value(number, g),
         }
     }
 
@@ -337,7 +347,7 @@ impl Parameter {
                 }
                 _ => f64::NAN,
             },
-            Self::OfForce(k, number) => {
+            Self::Force(k, number) => {
                 let constants = [from, to].map(System::gravitational_constant);
                 from.forces()[k].parameter_change(&to.forces()[k], number, constants)
             }
@@ -352,7 +362,7 @@ impl Parameter {
             Self::Part(k, _, PartNumber::Position(_)) => system.bodies()[k].circumradius(),
             // Coefficients of a body of density of one sign are below one.
             Self::Stokes(_, StokesNumber::Coefficient(_)) => 0.1,
-            Self::OfForce(k, number) => {
+            Self::Force(k, number) => {
                 system.forces()[k].parameter_size(number, system.gravitational_constant())
             }
             _ => match self.value(system).abs() {

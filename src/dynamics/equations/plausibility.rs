@@ -12,7 +12,7 @@ pub const FAST: f64 = 10.0;
 /// the rounding of coordinates then exceeds the default tolerances.
 pub const FAR: f64 = 1e3;
 
-/// A body that is so much faster than the others' speed of escape that it can hardly be meant to be bound.
+/// A body whose speed exceeds its speed of escape so far that a bound orbit was probably not intended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unbound {
     /// The index of the body.
@@ -30,7 +30,7 @@ pub struct FarFromBarycentre {
     /// The indices of a body and of its nearest neighbour.
     pub pair: [usize; 2],
     /// The distance between the two bodies of the pair.
-    pub apart: f64,
+    pub separation: f64,
     /// The index of the heavy body near which the barycentre lies.
     pub heavy: usize,
     /// The distance of the heavy body from the first body of the pair.
@@ -47,7 +47,7 @@ impl System {
     /// `FAST`.
     pub fn unbound(&self, state: &State) -> Option<Unbound> {
         let masses = self.masses();
-        let of = |body: usize| {
+        let candidate = |body: usize| {
             let (mut mass, mut momentum, mut potential) = (0.0, Vec3::zeros(), 0.0);
             for other in (0..masses.len()).filter(|other| *other != body) {
                 mass += masses[other];
@@ -61,9 +61,11 @@ impl System {
         };
         let ratio = |unbound: &Unbound| unbound.speed / unbound.escape;
         // Without attraction no body is bound, and the run itself refuses numbers that are too large.
-        let all =
-            (0..masses.len()).map(of).filter(|unbound| unbound.escape > 0.0 && ratio(unbound).is_finite());
-        let fastest = all.reduce(|most, next| if ratio(&next) > ratio(&most) { next } else { most })?;
+        let candidates = (0..masses.len())
+            .map(candidate)
+            .filter(|unbound| unbound.escape > 0.0 && ratio(unbound).is_finite());
+        let fastest =
+            candidates.reduce(|best, next| if ratio(&next) > ratio(&best) { next } else { best })?;
         (ratio(&fastest) > FAST).then_some(fastest)
     }
 
@@ -72,34 +74,38 @@ impl System {
     /// Fixed steps have no tolerance.
     pub fn far_from_barycentre(&self, state: &State, tolerance: Option<f64>) -> Option<FarFromBarycentre> {
         let masses = self.masses();
-        let others = |body: usize| {
-            let apart = move |other: usize| (state.position[other] - state.position[body]).norm();
-            (0..state.bodies()).filter(move |other| *other != body).map(move |other| (other, apart(other)))
+        let neighbours = |body: usize| {
+            let separation = move |other: usize| (state.position[other] - state.position[body]).norm();
+            (0..state.bodies())
+                .filter(move |other| *other != body)
+                .map(move |other| (other, separation(other)))
         };
         let total: f64 = masses.iter().sum();
         let barycentre: Vec3 = masses.iter().zip(&state.position).map(|(m, r)| r * (m / total)).sum();
-        let of = |body: usize| {
-            let (neighbour, apart) = others(body).min_by(|a, b| a.1.total_cmp(&b.1))?;
-            Some((body, neighbour, apart, (state.position[body] - barycentre).norm()))
+        let candidate = |body: usize| {
+            let (neighbour, separation) = neighbours(body).min_by(|a, b| a.1.total_cmp(&b.1))?;
+            Some((body, neighbour, separation, (state.position[body] - barycentre).norm()))
         };
-        let all = (0..state.bodies()).filter_map(of).filter(|(.., apart, away)| (away / apart).is_finite());
-        let (body, neighbour, apart, away) =
-            all.reduce(|most, next| if next.3 / next.2 > most.3 / most.2 { next } else { most })?;
-        let rounding = away.next_up() - away;
-        let enough = 10.0_f64.powf((rounding / apart).log10().ceil());
-        if away < FAR * apart || tolerance.is_some_and(|tolerance| tolerance >= enough) {
+        let candidates = (0..state.bodies())
+            .filter_map(candidate)
+            .filter(|(.., separation, far_distance)| (far_distance / separation).is_finite());
+        let (body, neighbour, separation, far_distance) =
+            candidates.reduce(|best, next| if next.3 / next.2 > best.3 / best.2 { next } else { best })?;
+        let rounding = far_distance.next_up() - far_distance;
+        let sufficient = 10.0_f64.powf((rounding / separation).log10().ceil());
+        if far_distance < FAR * separation || tolerance.is_some_and(|tolerance| tolerance >= sufficient) {
             return None;
         }
-        let far = others(body).filter(|(_, distance)| *distance >= 0.5 * FAR * apart);
+        let far = neighbours(body).filter(|(_, distance)| *distance >= 0.5 * FAR * separation);
         let (heavy, distance) =
-            far.reduce(|most, next| if masses[next.0] > masses[most.0] { next } else { most })?;
+            far.reduce(|best, next| if masses[next.0] > masses[best.0] { next } else { best })?;
         Some(FarFromBarycentre {
             pair: [body, neighbour],
-            apart,
+            separation,
             heavy,
             distance,
             rounding,
-            tolerance: enough,
+            tolerance: sufficient,
         })
     }
 }

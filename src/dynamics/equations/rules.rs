@@ -1,4 +1,4 @@
-//! The quadrature rules: chosen between steps, kept in archives, and restored from them.
+//! The quadrature rules: their choice between steps, and their form in archives.
 
 use super::layout::{AttitudeChart, vector};
 use super::{Dynamics, LINK, POLE};
@@ -62,14 +62,14 @@ impl Dynamics {
             }
         }
         if self.layout.forces > 0 {
-            self.external_forces.begin_step(self.view.show(time, y), step)?;
+            self.external_forces.begin_step(self.view.take_snapshot(time, y), step)?;
         }
         let mut work = LINK + self.external_forces.work();
         let mut index = 0;
         while let Some(&(i, j, _)) = self.links.get(index) {
             interrupt.charge(CHOICE, time)?;
             let pose = self.pose(y, i, j);
-            let growth = self.system.check_apart(i, j, &pose, time, interrupt)?;
+            let growth = self.system.check_overlap(i, j, &pose, time, interrupt)?;
             let predicted = self.predict(y, i, j, &pose, growth, step);
             while let Some((a, b, link)) = self.links.get_mut(index)
                 && (*a, *b) == (i, j)

@@ -26,17 +26,17 @@ impl SnapshotBuffer {
 
     /// Returns a snapshot of a vector whose rotation matrices are known, and stores its attitudes.
     #[inline(always)]
-    pub fn show<'a>(&'a mut self, time: f64, y: &'a [f64]) -> MotionSnapshot<'a> {
+    pub fn take_snapshot<'a>(&'a mut self, time: f64, y: &'a [f64]) -> MotionSnapshot<'a> {
         for (body, attitude) in self.attitude.iter_mut().enumerate() {
             *attitude = self.frame.attitude(body, y);
         }
-        self.shown(time, y)
+        self.last_snapshot(time, y)
     }
 
     /// Returns a snapshot with the attitudes of the last vector, for that vector or one with the same
     /// attitudes.
     #[inline(always)]
-    pub fn shown<'a>(&'a self, time: f64, y: &'a [f64]) -> MotionSnapshot<'a> {
+    pub fn last_snapshot<'a>(&'a self, time: f64, y: &'a [f64]) -> MotionSnapshot<'a> {
         self.frame.snapshot(time, y, &self.rotation, &self.attitude)
     }
 }

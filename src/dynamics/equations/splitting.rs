@@ -48,7 +48,7 @@ pub struct Splitting {
     acceleration: Vec<[f64; 3]>,
     spin_rate: Vec<[f64; 3]>,
     /// Whether the accelerations and rates of spin belong to the present vector.
-    loaded: bool,
+    has_loads: bool,
     /// The time and the size of the step.
     time: f64,
     step: f64,
@@ -69,15 +69,15 @@ impl Splitting {
             return Err(Error::invalid(
                 "attitude_chart",
                 "the Tait-Bryan angles",
-                "\"quaternion\": symplectic integrators turn bodies on the rotation group itself",
+                "\"quaternion\": symplectic integrators rotate bodies on the rotation group itself",
             ));
         }
         if let Some(force) = dynamics.system().forces().iter().find(|force| force.depends_on_velocity()) {
             return Err(Error::invalid(
                 "integrator",
                 format!("one of fixed steps, with the force {}, which depends on velocities", force.name()),
-                "Verner98 or another Runge-Kutta pair: the kicks of a splitting change velocities at places \
-                 alone",
+                "Verner98 or another Runge-Kutta pair: the kicks of a splitting change velocities at \
+                 fixed positions",
             ));
         }
         let masses = dynamics.system().masses();
@@ -91,7 +91,7 @@ impl Splitting {
             inertia,
             acceleration: zeros.clone(),
             spin_rate: zeros.clone(),
-            loaded: false,
+            has_loads: false,
             time: 0.0,
             step: 0.0,
             change: vec![0.0; 7 * n],
@@ -125,14 +125,14 @@ impl Splitting {
 
     /// Forgets the forces of the present vector.
     pub fn reset(&mut self) {
-        self.loaded = false;
+        self.has_loads = false;
     }
 
     /// Returns the accelerations and rates of spin of the present vector, where they are known: together with
     /// the vector they determine how a run continues.
     pub fn loads(&self) -> Option<Vec<[f64; 6]>> {
-        let both = self.acceleration.iter().zip(&self.spin_rate);
-        self.loaded.then(|| both.map(|([a, b, c], [x, y, z])| [*a, *b, *c, *x, *y, *z]).collect())
+        let pairs = self.acceleration.iter().zip(&self.spin_rate);
+        self.has_loads.then(|| pairs.map(|([a, b, c], [x, y, z])| [*a, *b, *c, *x, *y, *z]).collect())
     }
 
     /// Restores what [`Self::loads`] returned.
@@ -140,15 +140,15 @@ impl Splitting {
         for (body, &[a, b, c, x, y, z]) in loads.iter().enumerate().take(self.inertia.len()) {
             (self.acceleration[body], self.spin_rate[body]) = ([a, b, c], [x, y, z]);
         }
-        self.loaded = loads.len() == self.inertia.len();
+        self.has_loads = loads.len() == self.inertia.len();
     }
 
-    /// Prepares the coming step. External forces are evaluated anew.
+    /// Prepares the next step. External forces are evaluated again.
     pub fn begin(&mut self, dynamics: &Dynamics, time: f64, y: &[f64], step: f64) {
         let layout = dynamics.layout();
         (self.time, self.step, self.covered) = (time, step, 0.0);
         self.jacobi.reset();
-        self.loaded &= layout.forces == 0;
+        self.has_loads &= layout.forces == 0;
         for (body, work) in self.work.iter_mut().enumerate() {
             let angle = (2.0 * vector(y, layout.spin(body)).amax() * step).abs();
             // Too large a number counts as the limit, and so does NaN.
@@ -164,7 +164,7 @@ impl Splitting {
         [high, low]: [&mut [f64]; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.loaded = false;
+        self.has_loads = false;
         self.covered += size;
         let layout = dynamics.layout();
         if layout.forces > 0 {
@@ -215,11 +215,11 @@ impl Splitting {
         high: &BodyBlocks,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let (attitude, spin, work, now) = (&*high.attitude, &*high.spin, &self.work, self.time);
+        let (attitude, spin, work, time) = (&*high.attitude, &*high.spin, &self.work, self.time);
         let (attitude_change, spin_change) = self.change.split_at_mut(4 * spin.len());
         let (attitude_change, spin_change) =
             (attitude_change.as_chunks_mut().0, spin_change.as_chunks_mut().0);
-        let mut check = |body: usize| interrupt.charge(work[body], now);
+        let mut check = |body: usize| interrupt.charge(work[body], time);
         let too_far = match self.drift_kind {
             DriftKind::Kepler => self.rotors.rotate(
                 simd,
@@ -252,21 +252,21 @@ impl Splitting {
         [high, low]: [&mut [f64]; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<u64> {
-        let evaluations = u64::from(!self.loaded);
-        if !self.loaded {
+        let evaluations = u64::from(!self.has_loads);
+        if !self.has_loads {
             for part in 0..dynamics.parts() {
                 interrupt.charge(dynamics.work(), self.time)?;
-                let loaded = dynamics.load(part, self.time + self.covered, high);
-                loaded.map_err(|rejected| self.refused(dynamics, rejected))?;
+                let outcome = dynamics.load(part, self.time + self.covered, high);
+                outcome.map_err(|rejected| self.refused(dynamics, rejected))?;
             }
         }
         let arch = dynamics.system().arch();
         arch.dispatch(KickStep { splitting: self, dynamics, size, high, low });
-        if !self.loaded {
+        if !self.has_loads {
             return Err(self.refused(dynamics, Rejected::NotFinite));
         }
         if dynamics.layout().forces > 0 {
-            self.enter(dynamics, size, high, low);
+            self.record_work_and_impulse(dynamics, size, high, low);
         }
         Ok(evaluations)
     }
@@ -274,7 +274,7 @@ impl Splitting {
     /// Kicks the barycentre, and adds work and impulse of the kick that the bodies have received from the
     /// present loads. The power with the velocities in the middle of the kick is exactly what the kick adds
     /// to the energy.
-    fn enter(&mut self, dynamics: &Dynamics, size: f64, high: &mut [f64], low: &mut [f64]) {
+    fn record_work_and_impulse(&mut self, dynamics: &Dynamics, size: f64, high: &mut [f64], low: &mut [f64]) {
         let layout = dynamics.layout();
         let kick = dynamics.barycentre_acceleration();
         let offset_rate = layout.barycentre_offset() + 3;
@@ -305,7 +305,7 @@ impl Splitting {
 
     /// Stores the loads that have been computed, minus those of the Kepler motion, and kicks by them.
     #[inline(always)]
-    fn settle(&mut self, dynamics: &Dynamics, size: f64, high: &mut BodyBlocks, low: &mut BodyBlocks) {
+    fn store_loads(&mut self, dynamics: &Dynamics, size: f64, high: &mut BodyBlocks, low: &mut BodyBlocks) {
         let n = high.spin.len();
         let (acceleration, torque) = dynamics.loads();
         let (acceleration, torque, inertia) = (&acceleration[..n], &torque[..n], &self.inertia[..n]);
@@ -332,7 +332,7 @@ impl Splitting {
             add_multiples(&mut high.spin[body], &mut low.spin[body], size, &rate[body]);
         }
         // The sum of these products is NaN unless all numbers are finite.
-        self.loaded = sum == 0.0;
+        self.has_loads = sum == 0.0;
     }
 }
 
@@ -380,8 +380,8 @@ impl WithSimd for KickStep<'_> {
         let Self { splitting, dynamics, size, high, low } = self;
         let n = dynamics.layout().bodies;
         let (high, low) = (&mut BodyBlocks::new(n, high), &mut BodyBlocks::new(n, low));
-        if !splitting.loaded {
-            return splitting.settle(dynamics, size, high, low);
+        if !splitting.has_loads {
+            return splitting.store_loads(dynamics, size, high, low);
         }
         for body in 0..n {
             add_multiples(

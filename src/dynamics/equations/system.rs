@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// The largest separation, in the system's units and in sizes of a body, whose inverse cube is safely a
 /// double.
-const REACH: f64 = 1e100;
+const LARGEST_SEPARATION: f64 = 1e100;
 
 /// The units of work of checking a pair's separation, for [`InterruptCheck`].
 const CHECK: u64 = 10;
@@ -180,7 +180,7 @@ impl System {
     /// for its pairs.
     #[doc(hidden)]
     #[must_use]
-    pub fn sharing(self, store: Arc<Store>) -> Self {
+    pub fn with_store(self, store: Arc<Store>) -> Self {
         Self { store, ..self }
     }
 
@@ -226,7 +226,7 @@ impl System {
         self.bodies.iter().map(|body| body.mass).collect()
     }
 
-    /// Checks that the system can be in a state.
+    /// Checks that a state is possible for the system.
     ///
     /// # Errors
     /// [`Error::InvalidInput`] for a state with another number of bodies or with bodies too far apart for
@@ -242,18 +242,18 @@ impl System {
         for (i, j) in self.pairs() {
             interrupt.charge(CHECK, state.time)?;
             let pose = pose(state, i, j);
-            self.check_reach(i, j, &pose)?;
-            self.check_apart(i, j, &pose, state.time, interrupt)?;
+            self.check_separation(i, j, &pose)?;
+            self.check_overlap(i, j, &pose, state.time, interrupt)?;
         }
         Ok(())
     }
 
     /// Returns an error for a separation whose inverse cube, in the system's units or in the size of a body,
     /// leaves the range of doubles: the force would silently be zero.
-    fn check_reach(&self, i: usize, j: usize, pose: &Pose) -> Result<()> {
+    fn check_separation(&self, i: usize, j: usize, pose: &Pose) -> Result<()> {
         let (first, second) = (&self.bodies[i], &self.bodies[j]);
         let largest = [first, second].map(|body| body.circumradius()).into_iter().fold(0.0, f64::max);
-        let limit = if largest > 0.0 { REACH * largest.min(1.0) } else { REACH };
+        let limit = if largest > 0.0 { LARGEST_SEPARATION * largest.min(1.0) } else { LARGEST_SEPARATION };
         let distance = pose.separation.amax();
         if distance <= limit {
             return Ok(());
@@ -267,7 +267,7 @@ impl System {
 
     /// Returns an error for bodies that overlap, and otherwise the factor by which the bodies must grow to
     /// touch: infinite where their circumscribed spheres are apart.
-    pub(super) fn check_apart(
+    pub(super) fn check_overlap(
         &self,
         i: usize,
         j: usize,
@@ -281,17 +281,16 @@ impl System {
             return Ok(f64::INFINITY);
         }
         let rotations = [&pose.rotation_first, &pose.rotation_second];
-        let meeting = Proximity::of([first, second], &pose.separation, rotations, time, interrupt)?;
-        if meeting.overlap {
+        let proximity = Proximity::compute([first, second], &pose.separation, rotations, time, interrupt)?;
+        if proximity.overlap {
             let (first, second) = (first.name.clone(), second.name.clone());
             return Err(Error::BodiesOverlap { first, second, time });
         }
-        Ok(meeting.factor)
+        Ok(proximity.factor)
     }
 
-    /// Checks polyhedra and computes the moments that their links need, unless that has been done: moments
-    /// are cached with the shapes.
-    pub(super) fn polyhedra(&self, interrupt: &mut InterruptCheck) -> Result<()> {
+    /// Checks that the faces of all polyhedra bound solids, where that is not yet known.
+    pub(super) fn check_polyhedra(&self, interrupt: &mut InterruptCheck) -> Result<()> {
         for part in self.bodies.iter().flat_map(Body::parts) {
             let Shape::Polyhedron(polyhedron) = &part.shape else { continue };
             polyhedron.check(interrupt)?;
@@ -329,7 +328,7 @@ impl System {
         mut visit: impl FnMut(&Link, [usize; 2], &Pose, &mut InterruptCheck) -> Result<()>,
     ) -> Result<()> {
         self.check(state, interrupt)?;
-        self.polyhedra(interrupt).map_err(|error| error.at(state.time))?;
+        self.check_polyhedra(interrupt).map_err(|error| error.at(state.time))?;
         for (i, j) in self.pairs() {
             let pose = pose(state, i, j);
             for mut link in self.links(i, j) {

@@ -15,7 +15,7 @@ impl Dynamics {
     pub fn check_external_forces(&mut self, time: f64, until: f64, y: &[f64]) -> Result<()> {
         if self.layout.forces > 0 {
             self.update_rotations(y);
-            self.external_forces.check(self.view.show(time, y), until)?;
+            self.external_forces.check(self.view.take_snapshot(time, y), until)?;
         }
         Ok(())
     }
@@ -25,7 +25,7 @@ impl Dynamics {
         self.system.arch().dispatch(LoadExternalForces { dynamics: self, time, y })
     }
 
-    /// Adds the external forces to the motion of the bodies about the barycentre, and to that of the
+    /// Adds the external forces to the accelerations of the bodies relative to the barycentre, and computes that of the
     /// barycentre.
     #[inline(always)]
     fn load_external_forces<S: Simd>(
@@ -34,7 +34,7 @@ impl Dynamics {
         time: f64,
         y: &[f64],
     ) -> std::result::Result<(), Rejected> {
-        let snapshot = self.view.show(time, y);
+        let snapshot = self.view.take_snapshot(time, y);
         // The external loads are summed separately first, so that these sums do not wait for the mutual
         // gravity.
         self.external_loads.clear();
@@ -65,7 +65,7 @@ impl Dynamics {
         y: &[f64],
         jacobian: &mut LoadJacobian,
     ) -> Result<()> {
-        let snapshot = self.view.show(time, y);
+        let snapshot = self.view.take_snapshot(time, y);
         self.external_forces.load(Scalar, snapshot, &mut ())?;
         self.external_forces.add_jacobian(snapshot, jacobian)
     }
@@ -73,35 +73,35 @@ impl Dynamics {
     /// Passes to the sink the derivatives of the external loads with respect to a parameter, at the vector of
     /// the last evaluation. They are not zero for a parameter of a force and for one that changes the orbits
     /// of third bodies.
-    pub(super) fn by_parameter_outside(
+    pub(super) fn external_loads_by_parameter(
         &mut self,
         time: f64,
         y: &[f64],
         parameter: Parameter,
         masses: &[f64],
-        to: &mut impl FnMut(&Load, f64),
+        sink: &mut impl FnMut(&Load, f64),
     ) -> Result<()> {
-        let (g, snapshot) = (self.system.gravitational_constant(), self.view.shown(time, y));
-        if let Parameter::OfForce(force, number) = parameter {
-            return self.external_forces.by_parameter(snapshot, force, number, g, to);
+        let (g, snapshot) = (self.system.gravitational_constant(), self.view.last_snapshot(time, y));
+        if let Parameter::Force(force, number) = parameter {
+            return self.external_forces.by_parameter(snapshot, force, number, g, sink);
         }
-        let by = parameter.of_total_mu(g, masses);
+        let by = parameter.total_mu_derivative(g, masses);
         // A mu that is given by a mass is proportional to G.
-        let of_g = if parameter == Parameter::GravitationalConstant && g > 0.0 { 1.0 / g } else { 0.0 };
+        let by_g = if parameter == Parameter::GravitationalConstant && g > 0.0 { 1.0 / g } else { 0.0 };
         (0..self.external_forces.count())
-            .try_for_each(|force| self.external_forces.by_total_mu(snapshot, force, by, of_g, to))
+            .try_for_each(|force| self.external_forces.by_total_mu(snapshot, force, by, by_g, sink))
     }
 
     /// Computes the derivatives of the loads of third bodies on a body whose own field changes, at the vector
     /// of the last evaluation.
-    pub(super) fn by_change_outside(
+    pub(super) fn external_loads_by_change(
         &mut self,
         time: f64,
         y: &[f64],
         body: usize,
         change: &BodyChange,
     ) -> Result<[Vec3; 2]> {
-        self.external_forces.by_change(self.view.shown(time, y), body, change)
+        self.external_forces.by_change(self.view.last_snapshot(time, y), body, change)
     }
 
     /// Returns the derivatives of the loads of third bodies on a body with respect to its semi-axes, at the
@@ -113,13 +113,13 @@ impl Dynamics {
         body: usize,
         attraction: &mut ExtendedAttraction,
     ) -> Result<[[Vec3; 2]; 3]> {
-        self.external_forces.semi_axis_derivatives(self.view.shown(time, y), body, attraction)
+        self.external_forces.semi_axis_derivatives(self.view.last_snapshot(time, y), body, attraction)
     }
 
     /// Returns a snapshot of the vector of the last evaluation, or of one with the same attitudes.
     #[inline(always)]
     pub(super) fn snapshot<'a>(&'a self, time: f64, y: &'a [f64]) -> MotionSnapshot<'a> {
-        self.view.shown(time, y)
+        self.view.last_snapshot(time, y)
     }
 }
 

@@ -1,5 +1,5 @@
-//! Forces that are switched at zeros of a function of the motion: where the next switch is, and the jump of
-//! the rates of change there.
+//! Forces that are switched at zeros of a function of the motion: the margin to the next switch, and the jump of the
+//! rates of change at a switch.
 
 use crate::dynamics::Dynamics;
 use crate::dynamics::equations::layout::vector;
@@ -10,7 +10,7 @@ impl Dynamics {
     /// Returns how far a vector is from the next switch of a force; negative beyond it.
     pub fn switch_margin(&mut self, force: usize, time: f64, y: &[f64]) -> f64 {
         self.update_rotations(y);
-        self.external_forces.switch_margin(force, self.view.show(time, y))
+        self.external_forces.switch_margin(force, self.view.take_snapshot(time, y))
     }
 
     /// Returns a force whose next switch a vector has passed.
@@ -35,23 +35,23 @@ impl Dynamics {
                 return Err(failed(self, rejected.reason()));
             }
         }
-        let Some(jump) = self.external_forces.switch_jump(force, self.view.shown(time, y)) else {
+        let Some(jump) = self.external_forces.switch_jump(force, self.view.last_snapshot(time, y)) else {
             return Err(failed(self, "the lock is lost where the orbit has no plane"));
         };
         let relative =
             |index: &dyn Fn(usize) -> usize| vector(&rate, index(jump.on)) - vector(&rate, index(jump.about));
         let layout = self.layout;
         let gradient = &jump.gradient;
-        let rate_before = gradient.by_position.dot(&relative(&|body| layout.position(body)))
+        let rate = gradient.by_position.dot(&relative(&|body| layout.position(body)))
             + gradient.by_velocity.dot(&relative(&|body| layout.velocity(body)))
             + gradient.by_rotation.dot(&vector(y, layout.spin(jump.on)))
             + gradient.by_spin.dot(&vector(&rate, layout.spin(jump.on)));
         let body = &self.system.bodies()[jump.on];
-        let rate_after = rate_before
+        let new_rate = rate
             + gradient.by_velocity.dot(&jump.force) / body.mass
             + gradient.by_spin.dot(&jump.torque.component_div(&body.inertia()));
         // If the function's rate changes its sign, the function returns to its zero.
-        if rate_before == 0.0 || rate_before * rate_after < 0.0 {
+        if rate == 0.0 || rate * new_rate < 0.0 {
             let detail = format!(
                 "the lock of {} neither lasts nor ends: the force, which acts while it is locked, takes \
                  it out of the lock, and without the force it comes back at once; expected a weaker force, \
@@ -60,7 +60,7 @@ impl Dynamics {
             );
             return Err(failed(self, &detail));
         }
-        Ok((jump, rate_before))
+        Ok((jump, rate))
     }
 
     /// Switches a force.

@@ -78,7 +78,7 @@ fn vector_part_jacobian(inertia: Vec3, p: &Vec3) -> Mat3 {
 #[derive(Debug, Clone, Copy)]
 pub struct RotationDerivatives {
     /// The transposed rotation F^T.
-    pub back: Mat3,
+    pub transposed: Mat3,
     /// The derivatives of xi with respect to the spin and to the moments of inertia.
     pub rotation: [Mat3; 2],
     /// The derivatives of the new spin with respect to the old spin and to the moments of inertia.
@@ -89,34 +89,35 @@ impl RotationDerivatives {
     /// Differentiates a step of [`variational_rotation`]; `None` where that step has no solution.
     pub fn new(inertia: Vec3, spin: Vec3, time: f64) -> Option<Self> {
         if inertia.min() <= 0.0 {
-            return Some(Self::of_uniform_rotation(spin, time));
+            return Some(Self::uniform_rotation(spin, time));
         }
         let p = vector_part(inertia, spin, time)?;
         let scalar = (1.0 - p.norm_squared()).sqrt();
-        let slope = inverse(&vector_part_jacobian(inertia, &p))?;
+        let inverse_jacobian = inverse(&vector_part_jacobian(inertia, &p))?;
         let (moments, across) = (Mat3::from_diagonal(&inertia), p.cross_matrix());
-        let by_spin = slope * moments * (0.5 * time);
-        let by_moments = slope
+        let by_spin = inverse_jacobian * moments * (0.5 * time);
+        let by_moments = inverse_jacobian
             * (Mat3::from_diagonal(&spin) * (0.5 * time)
                 - (Mat3::identity() * scalar + across) * Mat3::from_diagonal(&p));
         let xi = 2.0 * (Mat3::identity() * scalar + p * p.transpose() / scalar - across);
         let rotation = [xi * by_spin, xi * by_moments];
-        let back = Mat3::identity() + 2.0 * across * across - 2.0 * scalar * across;
-        let momentum = back * inertia.component_mul(&spin);
+        let transposed = Mat3::identity() + 2.0 * across * across - 2.0 * scalar * across;
+        let momentum = transposed * inertia.component_mul(&spin);
         let new_spin = momentum.component_div(&inertia);
         let inverse = Mat3::from_diagonal(&inertia.map(|i| 1.0 / i));
-        let moved = momentum.cross_matrix();
+        let momentum_cross = momentum.cross_matrix();
         let spins = [
-            inverse * (back * moments + moved * rotation[0]),
+            inverse * (transposed * moments + momentum_cross * rotation[0]),
             inverse
-                * (back * Mat3::from_diagonal(&spin) + moved * rotation[1] - Mat3::from_diagonal(&new_spin)),
+                * (transposed * Mat3::from_diagonal(&spin) + momentum_cross * rotation[1]
+                    - Mat3::from_diagonal(&new_spin)),
         ];
-        Some(Self { back, rotation, spin: spins })
+        Some(Self { transposed, rotation, spin: spins })
     }
 
     /// Differentiates a uniform rotation by exp(X) with X = [h spin]: F^T = exp(-X), and xi is h (1 -
     /// exp(-X))/X times the change of the spin.
-    fn of_uniform_rotation(spin: Vec3, time: f64) -> Self {
+    fn uniform_rotation(spin: Vec3, time: f64) -> Self {
         let rotation_vector = spin * time;
         let (angle, axis) =
             (rotation_vector.norm(), rotation_vector.try_normalize(0.0).unwrap_or_default().cross_matrix());
@@ -125,7 +126,7 @@ impl RotationDerivatives {
         let (versine_factor, sine_factor) =
             if angle == 0.0 { (0.0, 0.0) } else { (1.0 - sine / angle, versine / angle) };
         Self {
-            back: Mat3::identity() - axis * sine + squared * versine,
+            transposed: Mat3::identity() - axis * sine + squared * versine,
             rotation: [
                 (Mat3::identity() - axis * sine_factor + squared * versine_factor) * time,
                 Mat3::zeros(),

@@ -11,7 +11,7 @@ pub(super) mod steady_rotation;
 
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, WIDEST};
-use crate::math::stumpff::{REACH, stumpff};
+use crate::math::stumpff::{SERIES_LIMIT, stumpff};
 use pulp::Simd;
 
 /// One number for each of as many bodies as a register has lanes.
@@ -21,16 +21,16 @@ type Numbers<S> = Lanes<S, 1>;
 #[inline(always)]
 fn cosine_minus_one<S: Simd>(simd: S, square: Numbers<S>) -> (Numbers<S>, Numbers<S>) {
     let [c2, c3] = stumpff(square);
-    let both = (-(square * c2), -(square * c3) + 1.0);
-    if square.reduce_max() <= REACH {
-        return both;
+    let series = (-(square * c2), -(square * c3) + 1.0);
+    if square.reduce_max() <= SERIES_LIMIT {
+        return series;
     }
     let (mut squares, mut less, mut scale) = ([0.0; WIDEST], [0.0; WIDEST], [0.0; WIDEST]);
     square.store(&mut squares, 0);
-    both.0.store(&mut less, 0);
-    both.1.store(&mut scale, 0);
+    series.0.store(&mut less, 0);
+    series.1.store(&mut scale, 0);
     for lane in 0..S::F64_LANES {
-        if squares[lane] > REACH {
+        if squares[lane] > SERIES_LIMIT {
             let angle = squares[lane].sqrt();
             let (sine, cosine) = (0.5 * angle).sin_cos();
             (less[lane], scale[lane]) = (-2.0 * sine * sine, 2.0 * sine * cosine / angle);
@@ -53,11 +53,11 @@ fn product<S: Simd>(p: [Numbers<S>; 4], q: [Numbers<S>; 4]) -> [Numbers<S>; 4] {
 /// Returns the product of two quaternions, where both factors and the result are given minus one.
 #[inline(always)]
 fn product_minus_one<S: Simd>(first: [Numbers<S>; 4], second: [Numbers<S>; 4]) -> [Numbers<S>; 4] {
-    let mut both = product(first, second);
+    let mut result = product(first, second);
     for c in 0..4 {
-        both[c] = first[c] + second[c] + both[c];
+        result[c] = first[c] + second[c] + result[c];
     }
-    both
+    result
 }
 
 /// A kind of rotors, with `K` constants for each of them.
@@ -150,7 +150,7 @@ struct RotorMoments<S: Simd> {
 }
 
 /// The largest x + z, for which the first omitted terms of the series are below 1e-17 of their sums.
-const SHORT: f64 = 0.004;
+const SHORT_STEP: f64 = 0.004;
 
 /// The spin and the conserved quantities of a rotation, with half of the step as the unit of time.
 #[derive(Clone, Copy)]
@@ -201,10 +201,10 @@ impl RotorKind<TRIAXIAL> for Triaxial {
         for i in 0..3 {
             square = square + rotor.inertia[i] * rotor.inertia[i] * squares[i];
         }
-        let whole = RotorState { spin: w, fast, square };
+        let state = RotorState { spin: w, fast, square };
         let fastest = (fast[0] + fast[1]).reduce_max();
         let (rotation, change) =
-            if fastest <= SHORT { rotor.piece(simd, whole) } else { rotor.pieces(simd, whole, fastest) };
+            if fastest <= SHORT_STEP { rotor.piece(simd, state) } else { rotor.pieces(simd, state, fastest) };
         let inverse = if half == 0.0 { 0.0 } else { 1.0 / half };
         (product(q, rotation), [change[0] * inverse, change[1] * inverse, change[2] * inverse])
     }
@@ -213,15 +213,15 @@ impl RotorKind<TRIAXIAL> for Triaxial {
 impl<S: Simd> RotorMoments<S> {
     /// Returns the rotation minus one and the change of the spin, computed in several steps.
     #[inline(always)]
-    fn pieces(&self, simd: S, whole: RotorState<S>, fastest: f64) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
-        let count = (fastest / SHORT).sqrt().ceil();
+    fn pieces(&self, simd: S, state: RotorState<S>, fastest: f64) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
+        let count = (fastest / SHORT_STEP).sqrt().ceil();
         let share = 1.0 / count;
-        let fast = [whole.fast[0] * (share * share), whole.fast[1] * (share * share)];
-        let square = whole.square * (share * share);
+        let fast = [state.fast[0] * (share * share), state.fast[1] * (share * share)];
+        let square = state.square * (share * share);
         let zero = square.constant(0.0);
         let (mut rotation, mut change) = ([zero; 4], [zero; 3]);
         for _ in 0..count as u64 {
-            let mut spin = whole.spin;
+            let mut spin = state.spin;
             for i in 0..3 {
                 spin[i] = (spin[i] + change[i]) * share;
             }
@@ -236,9 +236,9 @@ impl<S: Simd> RotorMoments<S> {
 
     /// Returns the rotation minus one and the change of the spin, computed in a single step.
     #[inline(always)]
-    fn piece(&self, simd: S, whole: RotorState<S>) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
+    fn piece(&self, simd: S, state: RotorState<S>) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
         let ([i1, i2, i3], [r1, r2, r3]) = (self.inertia, self.rate);
-        let RotorState { spin: w, fast: [x, z], square } = whole;
+        let RotorState { spin: w, fast: [x, z], square } = state;
         let (zero, one) = (x.constant(0.0), x.constant(1.0));
         // The bound makes the rotation zero for a spin of zero.
         let square = square.max(x.constant(f64::MIN_POSITIVE / f64::EPSILON));
@@ -261,10 +261,10 @@ impl<S: Simd> RotorMoments<S> {
         let along = one - n;
         // One division serves three quotients: by g, by g (1 - n) and by c d.
         let g = facing * facing - r23 * (u[0] * u[0]);
-        let both = g * along;
-        let inverse = one / (both * cd);
-        let (by_both, by_cd) = (inverse * cd, inverse * both);
-        let twice = s * (by_both * along) * 2.0;
+        let denominator = g * along;
+        let inverse = one / (denominator * cd);
+        let (by_denominator, by_cd) = (inverse * cd, inverse * denominator);
+        let twice = s * (by_denominator * along) * 2.0;
         let change =
             [twice * r1 * (u[1] * u[2]), twice * r2 * d * (u[2] * u[0]), twice * r3 * c * (u[0] * u[1])];
         let energy = i1 * w11 + i2 * w22 + i3 * w33;
@@ -276,16 +276,16 @@ impl<S: Simd> RotorMoments<S> {
         let cosine = less + 1.0;
         let (sine, slope) = (phi * sine * by_momentum, cosine * s * by_cd);
         let mean = energy * by_square - n * self.inverse;
-        let root = by_both.sqrt();
+        let root = by_denominator.sqrt();
         let p = [
             root * cd * u[0] * (i1 * sine + slope * (off * by_square)),
             root * c * u[1] * (i2 * sine + slope * (along - i2 * mean)),
             root * d * u[2] * (i3 * sine + slope * (along - i3 * mean)),
         ];
-        let whole = cosine * along * facing * root;
-        let way = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
-        let less = zero.if_less(whole, -(way / (whole + 1.0)), whole - one);
-        ([less, p[0], p[1], p[2]], change)
+        let scalar = cosine * along * facing * root;
+        let vector_square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+        let scalar_minus_one = zero.if_less(scalar, -(vector_square / (scalar + 1.0)), scalar - one);
+        ([scalar_minus_one, p[0], p[1], p[2]], change)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The motion of a body alone that rotates about a principal axis, in closed form over any length of time.
+//! The motion of a single body that rotates about a principal axis, in closed form over any length of time.
 //!
 //! With w the rate about the axis, phi the rotation angle and r the constant rate of change of w by a torque
 //! along the spin,
@@ -16,15 +16,16 @@ use crate::dynamics::State;
 use crate::math::rotation::{normalised, product};
 use crate::math::{Vec3, rotation};
 
-/// The largest spin across the axis, relative to that along it, and the largest change of the rate of spin in
-/// a radian, relative to it, for which the closed form is used. It is exact without a spin across the axis.
+/// The largest spin across the axis, relative to that along it, for which the closed form is used. It is exact without
+/// a spin across the axis.
 const TILT: f64 = 1e-12;
+/// The largest relative change of the spin in a rotation by one radian for which the closed form is used.
 const CHANGE: f64 = 1e-6;
 
 /// The numbers of a tangent vector of a body.
 const SIZE: usize = 12;
 
-/// The motion of a body alone that rotates about a principal axis.
+/// The motion of a single body that rotates about a principal axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SteadyRotation {
     start: State,
@@ -41,7 +42,7 @@ pub struct SteadyRotation {
 impl SteadyRotation {
     /// Takes the moments of inertia, a state of one body, and the torque along its spin. Returns `None` for a
     /// body that does not rotate about a principal axis, or not stably, and for a torque that stops the
-    /// rotation by a time, or changes it much within a turn.
+    /// rotation by a time, or changes it much within a revolution.
     pub fn new(inertia: Vec3, start: &State, torque: f64, until: f64) -> Option<Self> {
         let ([spin], true) = (start.spin.as_slice(), inertia.min() > 0.0) else { return None };
         let axis = spin.iamax();
@@ -93,17 +94,18 @@ impl SteadyRotation {
         let [i, j, k] = self.axes;
         let [u1, u2, theta1, theta2] = self.across(time, [spin[i], spin[j], 0.0, 0.0]);
         let (sine, cosine) = (0.5 * self.angle(time)).sin_cos();
-        let (mut turned, mut tilted) = ([cosine, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]);
-        turned[1 + k] = sine;
-        (tilted[1 + i], tilted[1 + j]) = (0.5 * theta1, 0.5 * theta2);
-        let mut now = self.start.clone();
-        now.time = time;
-        now.position[0] += now.velocity[0] * elapsed;
-        now.attitude[0] = normalised(product(product(now.attitude[0], turned), tilted));
-        now.spin[0][i] = u1;
-        now.spin[0][j] = u2;
-        now.spin[0][k] += self.acceleration * elapsed;
-        now
+        let (mut axial_rotation, mut transverse_rotation) = ([cosine, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]);
+        axial_rotation[1 + k] = sine;
+        (transverse_rotation[1 + i], transverse_rotation[1 + j]) = (0.5 * theta1, 0.5 * theta2);
+        let mut state = self.start.clone();
+        state.time = time;
+        state.position[0] += state.velocity[0] * elapsed;
+        state.attitude[0] =
+            normalised(product(product(state.attitude[0], axial_rotation), transverse_rotation));
+        state.spin[0][i] = u1;
+        state.spin[0][j] = u2;
+        state.spin[0][k] += self.acceleration * elapsed;
+        state
     }
 
     /// Returns the transition matrix (12, 12) from the start to a time.

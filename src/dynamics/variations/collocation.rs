@@ -64,10 +64,10 @@ pub struct Collocation {
     /// The size of the previous step, where this step continues from its end.
     previous_size: Option<f64>,
     /// The tangent vectors at the end of the step.
-    reached: Vec<f64>,
+    end_columns: Vec<f64>,
     work: Vec<f64>,
-    /// Where values within the step are asked for, the vectors at its start and their rates at the nodes, one
-    /// node after the other, all with rotation vectors in inertial axes.
+    /// The vectors at the start of the step and their rates at the nodes, one node after the other, with rotation
+    /// vectors in inertial axes; empty unless values within the step are computed.
     start: Vec<f64>,
     rates: Vec<f64>,
 }
@@ -110,7 +110,7 @@ impl Collocation {
             inverse_rates: vec![1.0; half],
             p_rates: [0, 1].map(|_| vec![0.0; half * count * lanes]),
             previous_size: None,
-            reached: vec![0.0; 2 * half * width],
+            end_columns: vec![0.0; 2 * half * width],
             work: vec![0.0; half * (2 * count + 3) * TOGETHER],
             start: Vec::new(),
             rates: Vec::new(),
@@ -124,7 +124,7 @@ impl Collocation {
 
     /// Stores the coefficients of the variational equations at a node, as they were last evaluated, with the
     /// motion's vector there.
-    pub fn take(&mut self, node: usize, dynamics: &Dynamics, variations: &Variations, y: &[f64]) {
+    pub fn load(&mut self, node: usize, dynamics: &Dynamics, variations: &Variations, y: &[f64]) {
         let Self { half, width, initial, stride, rotation_row, bodies, .. } = *self;
         let rows = node * half * stride..(node + 1) * half * stride;
         let by_pose = &mut self.by_pose[rows.clone()];
@@ -153,7 +153,7 @@ impl Collocation {
     }
 
     /// Stores the motion's vectors at the ends of a step.
-    pub fn between(&mut self, dynamics: &Dynamics, variations: &Variations, ends: [&[f64]; 2]) {
+    pub fn load_ends(&mut self, dynamics: &Dynamics, variations: &Variations, ends: [&[f64]; 2]) {
         for (attitudes, y) in self.ends.iter_mut().zip(ends) {
             for (body, attitude) in attitudes.iter_mut().enumerate() {
                 *attitude = dynamics.attitude(y, body);
@@ -169,7 +169,7 @@ impl Collocation {
     }
 
     /// Solves the equations of a step, given by its start and size; `follows` says that it continues the step
-    /// that was remembered last. Returns whether the sweeps converged; then [`Self::reached`] returns the
+    /// that was remembered last. Returns whether the sweeps converged; then [`Self::end_columns`] returns the
     /// solution at the end.
     pub fn solve(
         &mut self,
@@ -236,7 +236,7 @@ impl Collocation {
             interrupt.charge(work as u64, from)?;
             let range = first..width.min(first + TOGETHER);
             let arch = few(dynamics.system().arch(), range.len());
-            let (out, work, rates) = (&mut self.reached, &mut self.work, &mut self.rates);
+            let (out, work, rates) = (&mut self.end_columns, &mut self.work, &mut self.rates);
             if !arch.dispatch(Sweeps { step: &step, range, out, p_rates, work, rates }) {
                 return Ok(false);
             }
@@ -251,8 +251,8 @@ impl Collocation {
     }
 
     /// Returns the tangent vectors at the end of the step that was solved last.
-    pub fn reached(&self) -> &[f64] {
-        &self.reached
+    pub fn end_columns(&self) -> &[f64] {
+        &self.end_columns
     }
 
     /// Writes the tangent vectors at a fraction of the step that was solved last, where the motion's vector is
@@ -270,7 +270,7 @@ impl Collocation {
     }
 
     /// Returns whether the tangent vectors within the step that was solved last, which has this size, are
-    /// polynomials up to rounding errors: whether their last terms count that little.
+    /// polynomials up to rounding errors, which the size of their last terms shows.
     pub fn is_resolved(&self, size: f64) -> bool {
         let Self { width, half, start, rates, inverse, .. } = self;
         let numbers = start.len();
@@ -293,13 +293,13 @@ impl Collocation {
             let (matrix, first) = (matrix(body), (self.rotation_row + 3 * body) * self.width);
             for column in first..first + self.width {
                 let rows = [column, column + self.width, column + 2 * self.width];
-                let turned = matrix * Vec3::from(rows.map(|row| columns[row]));
-                (0..3).for_each(|c| columns[rows[c]] = turned[c]);
+                let rotated = matrix * Vec3::from(rows.map(|row| columns[row]));
+                (0..3).for_each(|c| columns[rows[c]] = rotated[c]);
             }
         }
     }
 
-    /// Keeps the polynomial of the step that was solved, which has this size, as the start for the next one.
+    /// Stores the polynomial of the step that was solved, which has this size, as the start for the next one.
     pub fn remember(&mut self, size: f64) {
         self.p_rates.swap(0, 1);
         self.previous_size = Some(size);

@@ -70,11 +70,11 @@ impl Dynamics {
             })?;
         }
         let centre = self.barycentre_acceleration();
-        let of_body = |body: usize| {
+        let body_rates = |body: usize| {
             let acceleration = vector(&rate, layout.velocity(body)) + centre;
             [state.velocity[body], acceleration, state.spin[body], vector(&rate, layout.spin(body))]
         };
-        Ok((0..state.bodies()).flat_map(of_body).flat_map(|v| [v.x, v.y, v.z]).collect())
+        Ok((0..state.bodies()).flat_map(body_rates).flat_map(|v| [v.x, v.y, v.z]).collect())
     }
 }
 
@@ -121,7 +121,7 @@ impl Variations {
     /// Returns the derivatives of the rates with respect to the parameters.
     fn absolute_forcing(&self) -> Vec<f64> {
         let zero = [0.0; 3];
-        let of = |[acceleration, angular_acceleration]: &[crate::math::Vec3; 2]| {
+        let rows = |[acceleration, angular_acceleration]: &[crate::math::Vec3; 2]| {
             [
                 zero,
                 [acceleration.x, acceleration.y, acceleration.z],
@@ -129,6 +129,6 @@ impl Variations {
                 [angular_acceleration.x, angular_acceleration.y, angular_acceleration.z],
             ]
         };
-        self.forcing.iter().flat_map(|forcing| of(forcing).concat()).collect()
+        self.forcing.iter().flat_map(|forcing| rows(forcing).concat()).collect()
     }
 }

@@ -20,7 +20,7 @@ mod splitting;
 mod sweeps;
 pub(super) mod tangent;
 
-use super::equations::parameter::OfPair;
+use super::equations::parameter::PairFactors;
 use super::{Dynamics, Parameter};
 use crate::error::{Error, Result};
 use crate::forces::{Load, LoadJacobian};
@@ -81,27 +81,29 @@ impl Variations {
         parameters.iter().try_for_each(|parameter| parameter.check(&dynamics.system))?;
         let forcing = vec![[Vec3::zeros(); 2]; all.bodies * parameters.len()];
         let bodies = dynamics.system.bodies();
-        let by_inertia = parameters.iter().map(|parameter| parameter.of_inertia(bodies)).collect();
-        let of_axes =
+        let by_inertia = parameters.iter().map(|parameter| parameter.inertia_derivatives(bodies)).collect();
+        let has_axis_parameter =
             |body: usize| parameters.iter().any(|p| p.semi_axis().is_some_and(|(of, _)| of == body));
-        let beside = dynamics.external_forces().has_third_body();
-        let attracted = bodies.iter().enumerate().filter(|(body, _)| beside && of_axes(*body));
+        let has_third_body = dynamics.external_forces().has_third_body();
+        let attracted =
+            bodies.iter().enumerate().filter(|(body, _)| has_third_body && has_axis_parameter(*body));
         let attractions = attracted
-            .filter_map(|(body, of)| Some((body, ExtendedAttraction::of_ellipsoid(&of.parts()[0].shape)?)))
+            .filter_map(|(body, of)| Some((body, ExtendedAttraction::ellipsoidal(&of.parts()[0].shape)?)))
             .collect();
-        let by_part = parameters.iter().map(|parameter| parameter.of_part(bodies));
+        let by_part = parameters.iter().map(|parameter| parameter.part_derivative(bodies));
         let by_part = by_part.collect::<Result<Vec<_>>>()?;
-        let of_change = |(k, parameter): (usize, &Parameter)| match (parameter, &by_part[k]) {
+        let body_change = |(k, parameter): (usize, &Parameter)| match (parameter, &by_part[k]) {
             (Parameter::Scale(body), _) => Some((k, *body, BodyChange::Scale)),
             (_, Some((body, derivative))) => Some((k, *body, BodyChange::Part(derivative.clone()))),
-            _ => parameter.of_moment(bodies).map(|(body, index, factor)| {
+            _ => parameter.moment_derivative(bodies).map(|(body, index, factor)| {
                 let mut moments = vec![0.0; count(index.isqrt())];
                 moments[index] = factor;
                 let radius = bodies[body].circumradius();
                 (k, body, BodyChange::Moment(HarmonicField::new(&moments, radius)))
             }),
         };
-        let changes = parameters.iter().enumerate().filter(|_| beside).filter_map(of_change).collect();
+        let changes =
+            parameters.iter().enumerate().filter(|_| has_third_body).filter_map(body_change).collect();
         Ok(Self {
             initial: 2 * all.half(),
             parameters,
@@ -217,22 +219,22 @@ impl Variations {
         y: &[f64],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.take(dynamics, time, y, true, interrupt)
+        self.evaluate_coefficients(dynamics, time, y, true, interrupt)
     }
 
     /// Evaluates the coefficients, without the spins where they are not needed.
-    fn take(
+    fn evaluate_coefficients(
         &mut self,
         dynamics: &mut Dynamics,
         time: f64,
         y: &[f64],
-        spinning: bool,
+        with_spins: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         dynamics.update_rotations(y);
         let g = dynamics.system.gravitational_constant();
         self.jacobian.clear();
-        self.clear(dynamics.layout, y, spinning);
+        self.clear(dynamics.layout, y, with_spins);
         for (i, j, link) in &dynamics.links {
             let (i, j) = (*i, *j);
             let pose = dynamics.pose(y, i, j);
@@ -244,37 +246,40 @@ impl Variations {
             let loads = &jacobian.loads;
             self.torque[i] += strength * loads.torque_first;
             self.torque[j] += strength * loads.torque_second;
-            let alone = OfPair { acceleration: [g * masses[1], g * masses[0]], torque: [strength; 2] };
+            let unit_factors =
+                PairFactors { acceleration: [g * masses[1], g * masses[0]], torque: [strength; 2] };
             let inertia = &self.inertia;
-            let add = |forcing: &mut [[Vec3; 2]], by: &Interaction, of: &OfPair| {
+            let add = |forcing: &mut [[Vec3; 2]], by: &Interaction, of: &PairFactors| {
                 forcing[i][0] += by.force_on_first * of.acceleration[0];
                 forcing[j][0] -= by.force_on_first * of.acceleration[1];
-                forcing[i][1] += over(&(by.torque_first * of.torque[0]), &inertia[i]);
-                forcing[j][1] += over(&(by.torque_second * of.torque[1]), &inertia[j]);
+                forcing[i][1] += per_inertia(&(by.torque_first * of.torque[0]), &inertia[i]);
+                forcing[j][1] += per_inertia(&(by.torque_second * of.torque[1]), &inertia[j]);
             };
             let mut by_lengths = None;
             let all = self.parameters.iter().zip(&self.by_part);
             for ((parameter, by_part), forcing) in all.zip(self.forcing.chunks_exact_mut(self.bodies)) {
-                if parameter.shaped().is_some_and(|body| body == i || body == j) {
+                if parameter.shape_body().is_some_and(|body| body == i || body == j) {
                     let derivatives = match by_lengths {
                         Some(derivatives) => derivatives,
                         None => link.shape_derivatives(&pose, interrupt).map_err(|error| error.at(time))?,
                     };
                     by_lengths = Some(derivatives);
-                    let Some(loads) = parameter.of_shape([i, j], &derivatives) else { continue };
-                    add(forcing, &loads, &alone);
+                    let Some(loads) = parameter.shape_derivative([i, j], &derivatives) else { continue };
+                    add(forcing, &loads, &unit_factors);
                 } else if let Some((body, derivative)) = by_part {
                     let Some(which) = [i, j].iter().position(|other| other == body) else { continue };
-                    add(forcing, &link.by_part(&pose, &parts, which, derivative), &alone);
+                    add(forcing, &link.by_part(&pose, &parts, which, derivative), &unit_factors);
                     // This is the effect of the body's own mass.
                     let sign = if which == 0 { 1.0 } else { -1.0 };
                     let attraction = sign * g * masses[1 - which] * derivative.mass / masses[which];
                     forcing[*body][0] -= loads.force_on_first * attraction;
-                } else if let Some((body, index, factor)) = parameter.of_moment(dynamics.system.bodies()) {
+                } else if let Some((body, index, factor)) =
+                    parameter.moment_derivative(dynamics.system.bodies())
+                {
                     let Some(which) = [i, j].iter().position(|other| *other == body) else { continue };
-                    add(forcing, &link.by_moment(&pose, which, index).times(factor), &alone);
+                    add(forcing, &link.by_moment(&pose, which, index).times(factor), &unit_factors);
                 } else {
-                    add(forcing, loads, &parameter.of_pair([i, j], g, masses));
+                    add(forcing, loads, &parameter.pair_factors([i, j], g, masses));
                 }
             }
         }
@@ -301,9 +306,9 @@ impl Variations {
             let body = load.on;
             self.torque[body] += load.torque;
             let acceleration = load.force / self.masses[body];
-            let angular_acceleration = over(&load.torque, &self.inertia[body]);
+            let angular_acceleration = per_inertia(&load.torque, &self.inertia[body]);
             for (k, parameter) in self.parameters.iter().enumerate() {
-                let factors = parameter.of_rates(load.of, body, external_forces, g, &self.masses);
+                let factors = parameter.rate_factors(load.of, body, external_forces, g, &self.masses);
                 let forcing = &mut self.forcing[k * self.bodies + body];
                 forcing[0] += acceleration * factors[0];
                 forcing[1] += angular_acceleration * factors[1];
@@ -313,14 +318,14 @@ impl Variations {
         for (parameter, forcing) in parameters.iter().zip(forcing.chunks_exact_mut(*bodies)) {
             let mut add = |load: &Load, factor: f64| {
                 forcing[load.on][0] += load.force * (factor / masses[load.on]);
-                forcing[load.on][1] += over(&(load.torque * factor), &inertia[load.on]);
+                forcing[load.on][1] += per_inertia(&(load.torque * factor), &inertia[load.on]);
             };
-            dynamics.by_parameter_outside(time, y, *parameter, masses, &mut add)?;
+            dynamics.external_loads_by_parameter(time, y, *parameter, masses, &mut add)?;
         }
         for (k, body, change) in changes {
-            let [force, torque] = dynamics.by_change_outside(time, y, *body, change)?;
+            let [force, torque] = dynamics.external_loads_by_change(time, y, *body, change)?;
             forcing[*k * *bodies + *body][0] += force / masses[*body];
-            forcing[*k * *bodies + *body][1] += over(&torque, &inertia[*body]);
+            forcing[*k * *bodies + *body][1] += per_inertia(&torque, &inertia[*body]);
         }
         Ok(())
     }
@@ -335,7 +340,7 @@ impl Variations {
                 let Some((_, axis)) = parameter.semi_axis().filter(|(of, _)| of == body) else { continue };
                 let [force, torque] = semi_axis_derivatives[axis];
                 forcing[*body][0] += force / self.masses[*body];
-                forcing[*body][1] += over(&torque, &self.inertia[*body]);
+                forcing[*body][1] += per_inertia(&torque, &self.inertia[*body]);
             }
         }
         Ok(())
@@ -346,9 +351,9 @@ impl Variations {
         for (of, forcing) in self.by_inertia.iter().zip(self.forcing.chunks_exact_mut(self.bodies)) {
             let Some((body, slope)) = *of else { continue };
             let (inertia, spin) = (&self.inertia[body], &self.spin[body]);
-            let rate = over(&(self.torque[body] - spin.cross(&inertia.component_mul(spin))), inertia);
+            let rate = per_inertia(&(self.torque[body] - spin.cross(&inertia.component_mul(spin))), inertia);
             let torque_change = spin.cross(&slope.component_mul(spin)) + slope.component_mul(&rate);
-            forcing[body][1] -= over(&torque_change, inertia);
+            forcing[body][1] -= per_inertia(&torque_change, inertia);
         }
     }
 
@@ -364,14 +369,14 @@ impl Variations {
         let mut put = |row: usize, from: usize, factor: f64| {
             let source = &loads[from * size..(from + 1) * size];
             let line = &mut out[row * self.stride..(row + 1) * self.stride];
-            let mut whole = [0.0; 3];
+            let mut total = [0.0; 3];
             for body in 0..n {
                 let (by_position, by_rotation) =
                     (&source[6 * body..6 * body + 3], &source[6 * body + 3..6 * body + 6]);
                 let at = self.rotation_row(body);
                 for c in 0..3 {
                     line[at + c] += factor * by_rotation[c];
-                    whole[c] += factor * by_position[c];
+                    total[c] += factor * by_position[c];
                 }
                 if let Some(at) = self.position_row(body) {
                     (0..3).for_each(|c| line[at + c] += factor * by_position[c]);
@@ -379,8 +384,8 @@ impl Variations {
             }
             if let Some(at) = self.barycentre() {
                 for c in 0..3 {
-                    line[at + c] += whole[c];
-                    (1..n).for_each(|body| line[3 * (body - 1) + c] -= self.share[body] * whole[c]);
+                    line[at + c] += total[c];
+                    (1..n).for_each(|body| line[3 * (body - 1) + c] -= self.share[body] * total[c]);
                 }
             }
         };
@@ -434,7 +439,7 @@ impl Variations {
 }
 
 /// Returns a torque divided by the moments of inertia; zero for a body without inertia.
-fn over(torque: &Vec3, inertia: &Vec3) -> Vec3 {
+fn per_inertia(torque: &Vec3, inertia: &Vec3) -> Vec3 {
     torque.zip_map(inertia, |torque, inertia| if inertia > 0.0 { torque / inertia } else { 0.0 })
 }
 
@@ -452,7 +457,7 @@ impl Dynamics {
         for index in 0..self.links.len() {
             let (i, j) = (self.links[index].0, self.links[index].1);
             let pose = self.pose(y, i, j);
-            let shaped = variations.parameters.iter().filter_map(|parameter| parameter.shaped());
+            let shaped = variations.parameters.iter().filter_map(|parameter| parameter.shape_body());
             let lengths = shaped.into_iter().any(|body| body == i || body == j);
             let link = &mut self.links[index].2;
             link.prepare_jacobian(&pose, lengths, interrupt).map_err(|error| error.at(time))?;

@@ -35,12 +35,12 @@ impl NominalChange {
 
     /// Returns the derivatives at a later state, from the transition matrix since the present one; `None` for
     /// a matrix without an inverse.
-    pub fn later(&self, time: f64, transition: &[f64]) -> Option<Self> {
+    pub fn propagated(&self, time: f64, transition: &[f64]) -> Option<Self> {
         let size = self.rows.ncols();
         let mut rows = self.rows.clone();
         for c in 0..3 {
-            let moved = rows.row(c) + rows.row(3 + c) * (time - self.time);
-            rows.set_row(c, &moved);
+            let propagated = rows.row(c) + rows.row(3 + c) * (time - self.time);
+            rows.set_row(c, &propagated);
         }
         // The rows of the given matrix are the columns of its transpose.
         let transposed = DMatrix::from_column_slice(size, size, transition);

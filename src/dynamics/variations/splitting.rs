@@ -24,7 +24,7 @@ impl Variations {
         kepler: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.take(dynamics, time, y, false, interrupt)?;
+        self.evaluate_coefficients(dynamics, time, y, false, interrupt)?;
         if kepler {
             self.add_kepler(dynamics, y, -1.0);
         }
@@ -50,25 +50,27 @@ impl Variations {
         let mut forced = vec![vec![Vec3::zeros(); self.parameters.len()]; n];
         let mut accelerations = vec![Vec3::zeros(); n];
         let origin = vector(y, layout.position(0));
-        let mut within = self.masses[0];
+        let mut cumulative_mass = self.masses[0];
         for i in 1..n {
             let mut r = vector(y, layout.position(i)) - origin;
             for k in 1..i {
-                r -= (vector(y, layout.position(k)) - origin) * (self.masses[k] / within);
+                r -= (vector(y, layout.position(k)) - origin) * (self.masses[k] / cumulative_mass);
             }
-            let (distance, inner_mass) = (r.norm(), within);
-            within += self.masses[i];
+            let (distance, inner_mass) = (r.norm(), cumulative_mass);
+            cumulative_mass += self.masses[i];
             let u = r / distance;
             let attraction = u / (distance * distance);
-            let slope = (3.0 * u * u.transpose() - Mat3::identity()) * (g * within / distance.powi(3));
-            accelerations[i] -= attraction * (g * within);
+            let slope =
+                (3.0 * u * u.transpose() - Mat3::identity()) * (g * cumulative_mass / distance.powi(3));
+            accelerations[i] -= attraction * (g * cumulative_mass);
             for j in 1..=i {
                 let share = if j == i { 1.0 } else { -self.masses[j] / inner_mass };
                 rows[i][j] += slope * share;
             }
             for (k, parameter) in self.parameters.iter().enumerate() {
-                let mass: f64 = (0..=i).map(|body| parameter.of_mass(body)).sum();
-                let mu = g * mass + if *parameter == Parameter::GravitationalConstant { within } else { 0.0 };
+                let mass: f64 = (0..=i).map(|body| parameter.mass_derivative(body)).sum();
+                let mu = g * mass
+                    + if *parameter == Parameter::GravitationalConstant { cumulative_mass } else { 0.0 };
                 forced[i][k] -= attraction * mu;
             }
             for k in 1..i {
@@ -127,7 +129,7 @@ impl Variations {
                 let (theta, spin) = (read(q), read(p));
                 let moments =
                     column.checked_sub(self.initial).map_or(Vec3::zeros(), |k| self.by_inertia(k, body));
-                let theta = derivatives.back * theta
+                let theta = derivatives.transposed * theta
                     + derivatives.rotation[0] * spin
                     + derivatives.rotation[1] * moments;
                 let spin = derivatives.spin[0] * spin + derivatives.spin[1] * moments;
@@ -146,11 +148,11 @@ impl Variations {
     }
 
     /// Clears the coefficients, and stores the spins of a vector where they are needed.
-    pub(super) fn clear(&mut self, layout: Layout, y: &[f64], spinning: bool) {
+    pub(super) fn clear(&mut self, layout: Layout, y: &[f64], with_spins: bool) {
         self.torque.fill(Vec3::zeros());
         self.forcing.fill([Vec3::zeros(); 2]);
         for body in 0..self.bodies {
-            self.spin[body] = if spinning { vector(y, layout.spin(body)) } else { Vec3::zeros() };
+            self.spin[body] = if with_spins { vector(y, layout.spin(body)) } else { Vec3::zeros() };
         }
     }
 }

@@ -12,10 +12,10 @@ use std::ops::Range;
 pub(super) const TOGETHER: usize = 8;
 
 /// The largest number of sweeps; a step that takes more should rather be divided.
-const MOST: usize = 30;
+const MOST_SWEEPS: usize = 30;
 
 /// The number of sweeps after which the change must halve from one to the next.
-const FIRST: usize = 4;
+const FIRST_SWEEPS: usize = 4;
 
 /// The change relative to a column's size below which a further sweep would change no digit.
 const ROUNDING: f64 = f64::EPSILON;
@@ -75,13 +75,13 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        if self.step.size[1] < S::F64_LANES { self.by(Scalar) } else { self.by(simd) }
+        if self.step.size[1] < S::F64_LANES { self.solve_columns(Scalar) } else { self.solve_columns(simd) }
     }
 }
 
 impl<const N: usize> Sweeps<'_, N> {
     #[inline(always)]
-    fn by<S: Simd>(mut self, simd: S) -> bool {
+    fn solve_columns<S: Simd>(mut self, simd: S) -> bool {
         for first in self.range.clone().step_by(S::F64_LANES) {
             if !self.solve(simd, first) {
                 return false;
@@ -99,10 +99,10 @@ impl<const N: usize> Sweeps<'_, N> {
         let at = first.min(width - lanes);
         let offset = first * half * N;
         let p_rates = nodes::<S, N>(&mut self.p_rates[offset..offset + length]);
-        let (q, rest) = self.work.split_at_mut(length);
-        let (p, rest) = rest.split_at_mut(length);
+        let (q, remainder) = self.work.split_at_mut(length);
+        let (p, remainder) = remainder.split_at_mut(length);
         let (q, p) = (nodes::<S, N>(q), nodes::<S, N>(p));
-        let (start, last) = S::as_mut_simd_f64s(&mut rest[..3 * half * lanes]).0.split_at_mut(2 * half);
+        let (start, last) = S::as_mut_simd_f64s(&mut remainder[..3 * half * lanes]).0.split_at_mut(2 * half);
 
         let scale = step.begin(simd, at, start);
         match &step.factors {
@@ -110,22 +110,22 @@ impl<const N: usize> Sweeps<'_, N> {
                 let previous =
                     S::as_simd_f64s(&step.previous_rates[offset..offset + length]).0.as_chunks::<N>().0;
                 for row in 0..half {
-                    p_rates[row] = along(simd, simd.splat_f64s(0.0), &previous[row], factors);
+                    p_rates[row] = integrals_at_nodes(simd, simd.splat_f64s(0.0), &previous[row], factors);
                 }
             }
             None => p_rates.fill([simd.splat_f64s(0.0); N]),
         }
-        step.motions(simd, start, p_rates, p);
+        step.momenta_at_nodes(simd, start, p_rates, p);
         let mut previous_share = f64::NAN;
         for sweep in 1.. {
-            step.coordinates(simd, start, p, q);
+            step.coordinates_at_nodes(simd, start, p, q);
             for row in 0..half {
                 last[row] = p_rates[row][N - 1];
             }
             for i in 0..N {
                 step.rates(simd, (i, at), q, p, p_rates);
             }
-            step.motions(simd, start, p_rates, p);
+            step.momenta_at_nodes(simd, start, p_rates, p);
             let share = step.change(simd, scale, p_rates, last);
             // After the first sweep the ratio is not a number.
             let ratio = share / previous_share;
@@ -133,20 +133,20 @@ impl<const N: usize> Sweeps<'_, N> {
             if share <= ROUNDING || ratio < 0.5 && share * ratio <= (1.0 - ratio) * ROUNDING {
                 break;
             }
-            if sweep >= FIRST && (ratio >= 0.5 || ratio.is_nan()) {
+            if sweep >= FIRST_SWEEPS && (ratio >= 0.5 || ratio.is_nan()) {
                 if share <= NOISE {
                     break;
                 }
                 return false;
             }
-            if sweep == MOST {
+            if sweep == MOST_SWEEPS {
                 return false;
             }
             previous_share = share;
         }
         step.end(simd, at, start, [p, p_rates], self.out);
         if !self.rates.is_empty() {
-            step.keep(simd, at, [p, p_rates], self.rates);
+            step.store_rates(simd, at, [p, p_rates], self.rates);
         }
         true
     }
@@ -175,26 +175,38 @@ impl<const N: usize> CollocationStep<'_, N> {
 
     /// Computes p at the nodes.
     #[inline(always)]
-    fn motions<S: Simd>(&self, simd: S, start: &[S::f64s], p_rates: &[[S::f64s; N]], p: &mut [[S::f64s; N]]) {
+    fn momenta_at_nodes<S: Simd>(
+        &self,
+        simd: S,
+        start: &[S::f64s],
+        p_rates: &[[S::f64s; N]],
+        p: &mut [[S::f64s; N]],
+    ) {
         let half = self.size[0];
         for row in 0..half {
-            p[row] = along(simd, start[half + row], &p_rates[row], &self.integrals);
+            p[row] = integrals_at_nodes(simd, start[half + row], &p_rates[row], &self.integrals);
         }
     }
 
     /// Computes q at the nodes.
     #[inline(always)]
-    fn coordinates<S: Simd>(&self, simd: S, start: &[S::f64s], p: &[[S::f64s; N]], q: &mut [[S::f64s; N]]) {
+    fn coordinates_at_nodes<S: Simd>(
+        &self,
+        simd: S,
+        start: &[S::f64s],
+        p: &[[S::f64s; N]],
+        q: &mut [[S::f64s; N]],
+    ) {
         let spinning = self.rotation_row..self.rotation_row + 3 * self.bodies();
         for row in 0..self.size[0] {
             if !spinning.contains(&row) {
-                q[row] = along(simd, start[row], &p[row], &self.integrals);
+                q[row] = integrals_at_nodes(simd, start[row], &p[row], &self.integrals);
             }
         }
         for body in 0..self.bodies() {
             let (row, rates) = (self.rotation_row + 3 * body, self.rotation_rates(simd, body, p));
             for c in 0..3 {
-                q[row + c] = along(simd, start[row + c], &rates[c], &self.integrals);
+                q[row + c] = integrals_at_nodes(simd, start[row + c], &rates[c], &self.integrals);
             }
         }
     }
@@ -258,8 +270,8 @@ impl<const N: usize> CollocationStep<'_, N> {
         let mut change = simd.splat_f64s(0.0);
         for row in 0..last.len() {
             let (inverse, now) = (simd.splat_f64s(self.inverse_rates[row]), p_rates[row][N - 1]);
-            let by = size(simd, simd.sub_f64s(now, last[row]));
-            change = simd.mul_add_e_f64s(by, inverse, change);
+            let difference = size(simd, simd.sub_f64s(now, last[row]));
+            change = simd.mul_add_e_f64s(difference, inverse, change);
             scale = simd.mul_add_e_f64s(size(simd, now), inverse, scale);
         }
         largest::<S>(simd.div_f64s(change, scale))
@@ -279,15 +291,19 @@ impl<const N: usize> CollocationStep<'_, N> {
         let spinning = self.rotation_row..self.rotation_row + 3 * self.bodies();
         for row in 0..half {
             if !spinning.contains(&row) {
-                store::<S>(out, row * width + at, plus(simd, start[row], &p[row], weights));
+                store::<S>(out, row * width + at, weighted_end(simd, start[row], &p[row], weights));
             }
-            store::<S>(out, (half + row) * width + at, plus(simd, start[half + row], &p_rates[row], weights));
+            store::<S>(
+                out,
+                (half + row) * width + at,
+                weighted_end(simd, start[half + row], &p_rates[row], weights),
+            );
         }
         for body in 0..self.bodies() {
             let (row, rates) = (self.rotation_row + 3 * body, self.rotation_rates(simd, body, p));
             let mut theta = [start[row]; 3];
             for c in 0..3 {
-                theta[c] = plus(simd, start[row + c], &rates[c], weights);
+                theta[c] = weighted_end(simd, start[row + c], &rates[c], weights);
             }
             let theta = rotate(simd, &self.ends[1][body].transpose(), theta);
             for c in 0..3 {
@@ -298,7 +314,7 @@ impl<const N: usize> CollocationStep<'_, N> {
 
     /// Writes the rates of q and p at the nodes.
     #[inline(always)]
-    fn keep<S: Simd>(&self, simd: S, at: usize, [p, p_rates]: [&[[S::f64s; N]]; 2], out: &mut [f64]) {
+    fn store_rates<S: Simd>(&self, simd: S, at: usize, [p, p_rates]: [&[[S::f64s; N]]; 2], out: &mut [f64]) {
         let [half, width] = self.size;
         for row in 0..half {
             for i in 0..N {
@@ -335,7 +351,7 @@ impl<const N: usize> CollocationStep<'_, N> {
 
 /// Returns a start plus the sums of rates at the nodes.
 #[inline(always)]
-fn along<S: Simd, const N: usize>(
+fn integrals_at_nodes<S: Simd, const N: usize>(
     simd: S,
     start: S::f64s,
     rates: &[S::f64s; N],
@@ -352,7 +368,7 @@ fn along<S: Simd, const N: usize>(
 
 /// Returns a start plus the weighted sum of rates at the nodes.
 #[inline(always)]
-fn plus<S: Simd, const N: usize>(
+fn weighted_end<S: Simd, const N: usize>(
     simd: S,
     start: S::f64s,
     rates: &[S::f64s; N],

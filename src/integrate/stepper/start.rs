@@ -22,7 +22,7 @@ impl Stepper {
         equations.prepare(time, &self.high, 0.0, interrupt)?;
         let failed = |reason: &str| Error::StepSizeTooSmall { time, step: 0.0, reason: reason.to_owned() };
         let unit = Tolerance { relative: 1.0, absolute: 0.0 };
-        let (first, rest) = self.stages.split_at_mut(stride(dimension));
+        let (first, later_stages) = self.stages.split_at_mut(stride(dimension));
         let first = &mut first[..dimension];
         evaluate(equations, time, &self.high, first, true, interrupt)
             .map_err(|unmade| unmade.error(failed))?;
@@ -35,7 +35,7 @@ impl Stepper {
         for (t, (y, k)) in self.trial.iter_mut().zip(self.high.iter().zip(first.iter())) {
             *t = y + direction * guess * k;
         }
-        let second = &mut rest[..dimension];
+        let second = &mut later_stages[..dimension];
         let (at, trial) = (time + direction * guess, &self.trial[..dimension]);
         let curvature = match evaluate(equations, at, trial, second, false, interrupt) {
             Err(Incomplete::Ended(error)) => return Err(error),

@@ -14,7 +14,7 @@ pub(super) struct BoundWeights {
 
 /// The degrees to which the series of a pair of fragments is summed, with the bound of the terms beyond them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Kept {
+pub(super) struct SeriesDegrees {
     pub degrees: [usize; 2],
     pub bound: f64,
 }
@@ -22,7 +22,7 @@ pub(super) struct Kept {
 /// The largest number of degrees, from zero on, which is the size of arrays on the stack.
 pub(super) const MOST_DEGREES: usize = 38;
 /// The largest sum of x and y, the radii over the distance, for which a series is summed.
-const LARGEST_REACH: f64 = 0.95;
+const LARGEST_RADII: f64 = 0.95;
 
 impl BoundWeights {
     /// Computes the weights of all degrees up to `degree + 1`.
@@ -42,10 +42,10 @@ impl BoundWeights {
 
     /// Returns the lowest degrees for which the bound of the terms beyond them is below a limit, relative to
     /// the force of two points; `None` where the fragments are too near to each other.
-    pub fn kept(&self, [a, b]: [&Fragment; 2], distance: f64, limit: f64) -> Option<Kept> {
+    pub fn degrees(&self, [a, b]: [&Fragment; 2], distance: f64, limit: f64) -> Option<SeriesDegrees> {
         let [x, y] = [a.radius / distance, b.radius / distance];
-        let reach = x + y;
-        if reach.is_nan() || reach >= LARGEST_REACH {
+        let radii = x + y;
+        if radii.is_nan() || radii >= LARGEST_RADII {
             return None;
         }
         let (size, [p, q]) = (self.size, [a.degree(), b.degree()]);
@@ -61,22 +61,22 @@ impl BoundWeights {
         let ((first, beyond_first), (second, beyond_second)) = (scaled(a, x), scaled(b, y));
         // The terms beyond the highest degree of one body fall at least as fast as a geometric series.
         let tail = |degree: usize, power: f64, ratio: f64, other: &[f64]| {
-            let last = &self.rows[(degree + 1) * size..];
+            let next = &self.rows[(degree + 1) * size..];
             let mut sum = 0.0;
             for m in 0..other.len() {
-                let fall = ratio * (degree + m + 3) as f64 / (degree + 2) as f64;
-                if fall >= 1.0 && other[m] > 0.0 {
+                let ratio_of_terms = ratio * (degree + m + 3) as f64 / (degree + 2) as f64;
+                if ratio_of_terms >= 1.0 && other[m] > 0.0 {
                     return f64::INFINITY;
                 }
-                sum += last[m] * other[m] / (1.0 - fall);
+                sum += next[m] * other[m] / (1.0 - ratio_of_terms);
             }
             sum * power
         };
         let n = p + q + 2;
-        let both = reach.powi(n as i32) * (1.0 + n as f64 * (1.0 - reach)) / (1.0 - reach).powi(2);
+        let product_tail = radii.powi(n as i32) * (1.0 + n as f64 * (1.0 - radii)) / (1.0 - radii).powi(2);
         let beyond = a.tail * tail(p, beyond_first, x, &second[..=q])
             + b.tail * tail(q, beyond_second, y, &first[..=p])
-            + a.tail * b.tail * both;
+            + a.tail * b.tail * product_tail;
         if beyond.is_nan() || beyond > 0.5 * limit {
             return None;
         }
@@ -94,14 +94,14 @@ impl BoundWeights {
         let limit_of_body = 0.5 * (limit - beyond);
         let mut bound = beyond;
         let degrees = [(rows, p), (columns, q)].map(|(sums, degree)| {
-            let (mut left_out, mut kept) = (0.0, degree);
-            while kept > 0 && left_out + sums[kept] <= limit_of_body {
-                left_out += sums[kept];
-                kept -= 1;
+            let (mut omitted, mut highest) = (0.0, degree);
+            while highest > 0 && omitted + sums[highest] <= limit_of_body {
+                omitted += sums[highest];
+                highest -= 1;
             }
-            bound += left_out;
-            kept
+            bound += omitted;
+            highest
         });
-        Some(Kept { degrees, bound })
+        Some(SeriesDegrees { degrees, bound })
     }
 }

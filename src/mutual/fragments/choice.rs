@@ -1,7 +1,7 @@
 //! The choice, between steps, of the rule over fragments and of the number of shares of its tolerance.
 
 use super::bound::MOST_DEGREES;
-use super::{Accuracy, BoundWeights, EXCESS, FragmentTree, Fragments, Step};
+use super::{Accuracy, BoundWeights, FragmentTree, Fragments, Step, WORK_FACTOR};
 use crate::error::{Error, Result};
 use crate::interrupt::{InterruptCheck, UNITS};
 use crate::mutual::harmonic::{Tables, Truncation};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// The least product of two polyhedra's numbers of faces for which fragments can be cheaper than faces.
 const FEWEST_FACES: u64 = 40_000;
 /// The least number of shares of the tolerance.
-const FEWEST_SHARERS: u32 = 64;
+const FEWEST_SHARES: u32 = 64;
 /// The work of a sum over faces for each pair of a face of one body and a face of the other one, some of which
 /// are subdivided. Fragments that take more work are dearer than faces.
 const WORK_OF_FACES: u64 = 1024;
@@ -44,12 +44,13 @@ impl Pair {
         if self.method != Method::Focal || self.fixed.is_some() || faces < FEWEST_FACES {
             return Ok(false);
         }
-        let sharers = used.as_ref().map_or(FEWEST_SHARERS, |fragments| fragments.sharers);
-        let fragments =
-            match used.filter(|used| used.trees.iter().all(|tree| tree.count() <= FragmentTree::MOST)) {
-                Some(fragments) => Some(fragments),
-                None => self.new_fragments(sharers, interrupt)?,
-            };
+        let shares = used.as_ref().map_or(FEWEST_SHARES, |fragments| fragments.shares);
+        let fragments = match used
+            .filter(|used| used.trees.iter().all(|tree| tree.count() <= FragmentTree::MOST_FRAGMENTS))
+        {
+            Some(fragments) => Some(fragments),
+            None => self.make_fragments(shares, interrupt)?,
+        };
         let Some(mut fragments) = fragments else { return Ok(false) };
         if fragments.choose(pose, MOST_WORK.min(WORK_OF_FACES * faces), interrupt)? {
             (self.fragments, self.rule) = (Some(fragments), None);
@@ -60,11 +61,11 @@ impl Pair {
     /// Restores the rule over fragments of an archive.
     pub(in crate::mutual) fn restore_fragments(
         &mut self,
-        sharers: u32,
+        shares: u32,
         work: u64,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.fragments = self.new_fragments(sharers, interrupt)?;
+        self.fragments = self.make_fragments(shares, interrupt)?;
         if let Some(fragments) = &mut self.fragments {
             fragments.work = work;
         }
@@ -78,7 +79,7 @@ impl Pair {
     }
 
     /// Makes the rule over fragments; `None` unless both shapes are polyhedra.
-    fn new_fragments(&self, sharers: u32, interrupt: &mut InterruptCheck) -> Result<Option<Box<Fragments>>> {
+    fn make_fragments(&self, shares: u32, interrupt: &mut InterruptCheck) -> Result<Option<Box<Fragments>>> {
         let [Some(first), Some(second)] = self.bodies.each_ref().map(|body| body.polyhedron()) else {
             return Ok(None);
         };
@@ -94,7 +95,7 @@ impl Pair {
             arch: self.arch,
             radii: [first.circumradius(), second.circumradius()],
             tolerance: self.tolerance,
-            sharers,
+            shares,
             pieces: Vec::new(),
             work: 0,
             bound: 0.0,
@@ -108,8 +109,8 @@ impl Pair {
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<Vec<Range<usize>>>> {
         let Some(fragments) = &self.fragments else { return Ok(None) };
-        let census = fragments.census(pose, fragments.sharers, fragments.most_work(), interrupt)?;
-        match census.filter(|census| census.bound <= fragments.allowed(pose)) {
+        let census = fragments.census(pose, fragments.shares, fragments.most_work(), interrupt)?;
+        match census.filter(|census| census.bound <= fragments.error_limit(pose)) {
             Some(census) => Ok(Some(ranges(&census.pieces).collect())),
             None => Err(self.fragments_not_converged(pose)),
         }
@@ -131,39 +132,40 @@ impl Pair {
 
 impl Fragments {
     /// Chooses the number of shares, and the pieces of an evaluation. Returns whether the tolerance is reached
-    /// with at most the work `most`.
-    fn choose(&mut self, pose: &Pose, most: u64, interrupt: &mut InterruptCheck) -> Result<bool> {
+    /// with at most this work.
+    fn choose(&mut self, pose: &Pose, most_work: u64, interrupt: &mut InterruptCheck) -> Result<bool> {
         const ATTEMPTS: usize = 8;
         for _ in 0..ATTEMPTS {
-            let Some(census) = self.census(pose, self.sharers, most, interrupt)? else {
+            let Some(census) = self.census(pose, self.shares, most_work, interrupt)? else {
                 return Ok(false);
             };
-            let enough = (census.pairs + census.pairs / 4).next_power_of_two().max(FEWEST_SHARERS);
+            let enough = (census.pairs + census.pairs / 4).next_power_of_two().max(FEWEST_SHARES);
             // The number of shares is lowered only where it would fall to less than a quarter.
-            if census.pairs <= self.sharers && self.sharers <= 4 * enough {
+            if census.pairs <= self.shares && self.shares <= 4 * enough {
                 let even = 1.0 / census.pieces.len() as f64;
-                let part = |bound: f64| 0.5 * (even + bound / census.bound.max(f64::MIN_POSITIVE));
-                self.pieces = census.pieces.iter().map(|(begin, bound)| (*begin, part(*bound))).collect();
+                let bound_share = |bound: f64| 0.5 * (even + bound / census.bound.max(f64::MIN_POSITIVE));
+                self.pieces =
+                    census.pieces.iter().map(|(begin, bound)| (*begin, bound_share(*bound))).collect();
                 (self.work, self.bound) = (census.work, census.bound);
-                return Ok(census.bound <= self.allowed(pose));
+                return Ok(census.bound <= self.error_limit(pose));
             }
-            self.sharers = enough;
+            self.shares = enough;
         }
         Ok(false)
     }
 
-    /// Counts the pairs at a pose and makes their fragments; `None` where they take more than the work `most`.
+    /// Counts the pairs at a pose and makes their fragments; `None` where they take more than this work.
     fn census(
         &self,
         pose: &Pose,
-        sharers: u32,
-        most: u64,
+        shares: u32,
+        most_work: u64,
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<Census>> {
         let mut census = Census { pieces: vec![(0, 0.0)], ..Census::default() };
         let (mut checked, mut work_of_piece) = (Ok(()), 0);
-        let complete = self.walk(pose, Accuracy::Loads, &(0..usize::MAX), sharers, |step| {
-            checked = interrupt.charge(super::BOUNDING, 0.0);
+        let complete = self.walk(pose, Accuracy::Loads, &(0..usize::MAX), shares, |step| {
+            checked = interrupt.charge(super::BOUND_WORK, 0.0);
             census.work += step.work();
             work_of_piece += step.work();
             match step {
@@ -179,13 +181,13 @@ impl Fragments {
                         work_of_piece = 0;
                     }
                     census.pairs += 1;
-                    census.bound += pair.kept.bound;
+                    census.bound += pair.series.bound;
                     if let Some(last) = census.pieces.last_mut() {
-                        last.1 += pair.kept.bound;
+                        last.1 += pair.series.bound;
                     }
                 }
             }
-            if checked.is_err() || census.work > most {
+            if checked.is_err() || census.work > most_work {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
@@ -196,7 +198,7 @@ impl Fragments {
 
     /// Returns the most work of an evaluation before a step is rejected.
     pub(super) fn most_work(&self) -> u64 {
-        EXCESS * self.work.max(UNITS)
+        WORK_FACTOR * self.work.max(UNITS)
     }
 
     /// Returns the pieces of an evaluation.

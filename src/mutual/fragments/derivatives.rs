@@ -7,7 +7,6 @@ use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::harmonics::{count, scale_degrees};
 use crate::math::rotation::{rotate, rotate_back};
-use crate::math::{Mat3, Vec3};
 use crate::mutual::harmonic::Series;
 use crate::mutual::part_offsets::PartOffsets;
 use crate::mutual::{Interaction, Jacobian, Pose, ShapeDerivatives};
@@ -19,9 +18,9 @@ impl Fragments {
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
     pub fn jacobian(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Option<Jacobian>> {
-        let mut sum = Jacobian::none();
-        let complete = self.evaluate_interruptibly(pose, interrupt, |series, offsets, at, _| {
-            sum.add(&offsets.jacobian_about_centres(pose, &series.jacobian(at)));
+        let mut sum = Jacobian::of_loads(Interaction::ZERO);
+        let complete = self.evaluate_interruptibly(pose, interrupt, |series, offsets, part_pose, _| {
+            sum.add(&offsets.jacobian_about_centres(pose, &series.jacobian(part_pose)));
         })?;
         Ok(complete.then_some(sum))
     }
@@ -36,17 +35,18 @@ impl Fragments {
         pose: &Pose,
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<ShapeDerivatives>> {
-        let mut out = ShapeDerivatives::none();
-        let complete = self.evaluate_interruptibly(pose, interrupt, |series, offsets, at, fragments| {
-            let parts = series.jacobian(at);
-            for (body, sum) in out.scale.iter_mut().enumerate() {
-                sum.add(&by_scale(series, offsets, [pose, at], &parts, body, fragments[body]));
-            }
-        })?;
+        let mut out = ShapeDerivatives::ZERO;
+        let complete =
+            self.evaluate_interruptibly(pose, interrupt, |series, offsets, part_pose, fragments| {
+                let parts = series.jacobian(part_pose);
+                for (body, sum) in out.scale.iter_mut().enumerate() {
+                    sum.add(&by_scale(series, offsets, [pose, part_pose], &parts, body, fragments[body]));
+                }
+            })?;
         Ok(complete.then_some(out))
     }
 
-    /// Calls a function with all pairs for derivatives, with interrupt checks. Returns false where the
+    /// Calls a function with the series of each pair of fragments, with interrupt checks. Returns false where the
     /// tolerance is not kept.
     fn evaluate_interruptibly<'a>(
         &'a self,
@@ -57,7 +57,7 @@ impl Fragments {
         /// The work of the derivatives of a pair in units of that of its loads.
         const GRADIENT: u64 = 3;
         let (mut checked, mut work_left) = (Ok(()), self.most_work());
-        let complete = self.walk(pose, Accuracy::Derivatives, &(0..usize::MAX), self.sharers, |step| {
+        let complete = self.walk(pose, Accuracy::Derivatives, &(0..usize::MAX), self.shares, |step| {
             checked = interrupt.charge(GRADIENT * step.work(), 0.0);
             work_left = work_left.saturating_sub(step.work());
             if checked.is_err() || work_left == 0 {
@@ -77,7 +77,7 @@ impl Fragments {
 fn by_scale(
     series: &Series<'_>,
     offsets: &PartOffsets,
-    [pose, at]: [&Pose; 2],
+    [pose, part_pose]: [&Pose; 2],
     parts: &Jacobian,
     body: usize,
     fragment: &Fragment,
@@ -90,9 +90,9 @@ fn by_scale(
     let moments = &mut moments[..count(degree)];
     moments.copy_from_slice(&series.moments[body][..count(degree)]);
     scale_degrees(moments, |l| l as f64);
-    let mut both = series.moments;
-    both[body] = moments;
-    let mut changed = Series { moments: both, ..*series }.interaction(at);
+    let mut changed_moments = series.moments;
+    changed_moments[body] = moments;
+    let mut changed = Series { moments: changed_moments, ..*series }.interaction(part_pose);
     let [first, second] = &parts.torque_by_separation;
     changed.add(&Interaction {
         force_on_first: parts.force_by_separation * displacement,
@@ -106,33 +106,7 @@ fn by_scale(
     changed
 }
 
-impl Interaction {
-    /// Adds another interaction.
-    pub(in crate::mutual) fn add(&mut self, other: &Self) {
-        self.force_on_first += other.force_on_first;
-        self.torque_first += other.torque_first;
-        self.torque_second += other.torque_second;
-    }
-
-    /// Returns an interaction of zero force and torques.
-    pub(in crate::mutual) fn none() -> Self {
-        let zero = Vec3::zeros();
-        Self { force_on_first: zero, torque_first: zero, torque_second: zero }
-    }
-}
-
 impl Jacobian {
-    fn none() -> Self {
-        let zero = Mat3::zeros();
-        Self {
-            loads: Interaction::none(),
-            force_by_separation: zero,
-            torque_by_separation: [zero; 2],
-            torque_by_rotation: [zero; 2],
-            torque_first_by_second: zero,
-        }
-    }
-
     fn add(&mut self, other: &Self) {
         self.loads.add(&other.loads);
         self.force_by_separation += other.force_by_separation;

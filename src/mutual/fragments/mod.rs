@@ -26,7 +26,7 @@ use crate::interrupt::UNITS;
 use crate::math::rotation::rotate;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Placement;
-use bound::{BoundWeights, Kept};
+use bound::{BoundWeights, SeriesDegrees};
 use pulp::Arch;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
@@ -35,11 +35,11 @@ pub(super) use tree::FragmentTree;
 
 /// The factor by which an evaluation may exceed the work for which its piece was made before a step is
 /// rejected.
-const EXCESS: u64 = 8;
-/// The largest number of pairs that wait in the walk: twice the halvings of both polyhedra.
-const MOST_WAITING: usize = 256;
+const WORK_FACTOR: u64 = 8;
+/// The largest number of pairs on the stack of the walk: twice the halvings of both polyhedra.
+const MOST_PAIRS: usize = 256;
 /// The work of bounding a pair of fragments.
-const BOUNDING: u64 = 20;
+const BOUND_WORK: u64 = 20;
 
 /// The rule over fragments of a pair of polyhedra.
 #[derive(Debug, Clone)]
@@ -52,7 +52,7 @@ pub(super) struct Fragments {
     radii: [f64; 2],
     tolerance: f64,
     /// The number of equal shares of the tolerance.
-    pub sharers: u32,
+    pub shares: u32,
     /// The beginnings of the pieces of an evaluation in the order of the walk, with the largest sums of
     /// bounds that they may have, relative to the tolerance.
     pieces: Vec<(usize, f64)>,
@@ -72,7 +72,7 @@ enum Accuracy {
 /// Two fragments whose interaction is evaluated without further halving.
 struct PairOfFragments<'a> {
     fragments: [&'a Fragment; 2],
-    kept: Kept,
+    series: SeriesDegrees,
     /// The pair's position in the order of the walk.
     position: usize,
 }
@@ -88,18 +88,18 @@ enum Step<'a, 'b> {
 impl Step<'_, '_> {
     fn work(&self) -> u64 {
         match self {
-            Self::Halve(..) => BOUNDING,
-            Self::Take(pair) => BOUNDING + pair.work(),
+            Self::Halve(..) => BOUND_WORK,
+            Self::Take(pair) => BOUND_WORK + pair.work(),
         }
     }
 }
 
-/// Two fragments that wait in the walk, with the first position of their pairs and the number of positions.
-type Waiting<'a> = ([&'a Fragment; 2], usize, usize);
+/// Two fragments on the stack of the walk, with the first position of their pairs and the number of positions.
+type StackEntry<'a> = ([&'a Fragment; 2], usize, usize);
 
 impl PairOfFragments<'_> {
     fn work(&self) -> u64 {
-        let [p, q] = self.kept.degrees.map(|degree| degree as u64);
+        let [p, q] = self.series.degrees.map(|degree| degree as u64);
         (p * p * p + q * q * q + p * q * (p + q)) / 12
     }
 
@@ -119,7 +119,7 @@ impl PairOfFragments<'_> {
 impl Fragments {
     /// Returns the largest sum of the bounds of all pairs, relative to the force of two points:
     /// the tolerance at a separation, or where the circumscribed spheres overlap at the sum of their radii.
-    fn allowed(&self, pose: &Pose) -> f64 {
+    fn error_limit(&self, pose: &Pose) -> f64 {
         let [first, second] = self.radii;
         self.tolerance / pose.separation.norm().max(first + second).powi(2)
     }
@@ -131,25 +131,25 @@ impl Fragments {
         pose: &Pose,
         accuracy: Accuracy,
         range: &Range<usize>,
-        sharers: u32,
+        shares: u32,
         mut visit: impl FnMut(Step<'a, '_>) -> ControlFlow<()>,
     ) -> bool {
-        let [first, second] = self.trees.each_ref().map(|tree| &tree.whole);
-        let share = 0.5 * self.allowed(pose) / f64::from(sharers);
-        let mut waiting: [Waiting<'a>; MOST_WAITING] = [([first, second], 0, usize::MAX); MOST_WAITING];
+        let [first, second] = self.trees.each_ref().map(|tree| &tree.root);
+        let share = 0.5 * self.error_limit(pose) / f64::from(shares);
+        let mut stack: [StackEntry<'a>; MOST_PAIRS] = [([first, second], 0, usize::MAX); MOST_PAIRS];
         let mut length = 1;
         while length > 0 {
             length -= 1;
-            let (fragments, position, span) = waiting[length];
-            if let Some(kept) = self.kept(fragments, pose, accuracy, share) {
-                let pair = PairOfFragments { fragments, kept, position };
+            let (fragments, position, span) = stack[length];
+            if let Some(series) = self.series_degrees(fragments, pose, accuracy, share) {
+                let pair = PairOfFragments { fragments, series, position };
                 if range.contains(&position) && visit(Step::Take(&pair)).is_break() {
                     return false;
                 }
                 continue;
             }
             let larger = usize::from(fragments[1].radius > fragments[0].radius);
-            if length + 2 > MOST_WAITING || visit(Step::Halve(larger, fragments[larger])).is_break() {
+            if length + 2 > MOST_PAIRS || visit(Step::Halve(larger, fragments[larger])).is_break() {
                 return false;
             }
             let halves = self.trees[larger].halves(fragments[larger]);
@@ -159,7 +159,7 @@ impl Fragments {
                 next[larger] = &halves[k];
                 // A pair of no span has the position of its first pair.
                 if start < range.end && start.saturating_add(half.max(1)) > range.start {
-                    waiting[length] = (next, start, half);
+                    stack[length] = (next, start, half);
                     length += 1;
                 }
             }
@@ -169,7 +169,13 @@ impl Fragments {
 
     /// Returns the degrees of two fragments for which the error is below a share of the force of two points;
     /// degrees of zero where the centres alone suffice, `None` where no degrees do.
-    fn kept(&self, [a, b]: [&Fragment; 2], pose: &Pose, accuracy: Accuracy, share: f64) -> Option<Kept> {
+    fn series_degrees(
+        &self,
+        [a, b]: [&Fragment; 2],
+        pose: &Pose,
+        accuracy: Accuracy,
+        share: f64,
+    ) -> Option<SeriesDegrees> {
         let separation = pose.separation + rotate(&pose.rotation_second, &b.centre)
             - rotate(&pose.rotation_first, &a.centre);
         let (distance, masses) = (separation.norm(), a.share * b.share);
@@ -182,13 +188,14 @@ impl Fragments {
             weight *= (2 * self.trees[0].degree + 2) as f64 * (self.radii[0] + self.radii[1]) / near;
         }
         let scale = weight / (distance * distance);
-        let kept = self.weights.kept([a, b], distance, share / scale);
-        if let Some(Kept { degrees, bound }) = kept {
-            return Some(Kept { degrees, bound: bound * scale });
+        if let Some(SeriesDegrees { degrees, bound }) = self.weights.degrees([a, b], distance, share / scale)
+        {
+            return Some(SeriesDegrees { degrees, bound: bound * scale });
         }
         // Both the force and that of two points are below this bound.
-        let most = 2.0 * weight * a.most_field.min(b.most_field).max((a.radius + b.radius).powi(-2));
-        (masses == 0.0 || most <= share).then_some(Kept { degrees: [0; 2], bound: most.min(share) })
+        let bound = 2.0 * weight * a.field_bound.min(b.field_bound).max((a.radius + b.radius).powi(-2));
+        (masses == 0.0 || bound <= share)
+            .then_some(SeriesDegrees { degrees: [0; 2], bound: bound.min(share) })
     }
 
     /// Evaluates all pairs of fragments in a range of positions. Returns false where the sum of their bounds
@@ -202,13 +209,13 @@ impl Fragments {
     ) -> bool {
         let piece = self.ranges().position(|piece| piece == *range);
         let part = piece.map_or(1.0, |piece| self.pieces[piece].1);
-        let most_work = if piece.is_some() { EXCESS * UNITS } else { self.most_work() };
-        let (mut work_left, mut bound_left) = (most_work, part * self.allowed(pose));
-        self.walk(pose, accuracy, range, self.sharers, |step| {
-            let Some(rest) = work_left.checked_sub(step.work()) else { return ControlFlow::Break(()) };
-            work_left = rest;
+        let most_work = if piece.is_some() { WORK_FACTOR * UNITS } else { self.most_work() };
+        let (mut work_left, mut bound_left) = (most_work, part * self.error_limit(pose));
+        self.walk(pose, accuracy, range, self.shares, |step| {
+            let Some(remainder) = work_left.checked_sub(step.work()) else { return ControlFlow::Break(()) };
+            work_left = remainder;
             let Step::Take(pair) = step else { return ControlFlow::Continue(()) };
-            bound_left -= pair.kept.bound;
+            bound_left -= pair.series.bound;
             if bound_left < 0.0 {
                 return ControlFlow::Break(());
             }
@@ -228,7 +235,7 @@ impl Fragments {
         let mut pose = offsets.pose(pose);
         // Fragments that overlap count as points at the sum of their radii.
         let (distance, near) = (pose.separation.norm(), pair.fragments.map(|f| f.radius).iter().sum());
-        if pair.kept.degrees == [0; 2] && distance < near {
+        if pair.series.degrees == [0; 2] && distance < near {
             let direction = if distance > 0.0 { pose.separation / distance } else { Vec3::x() };
             pose.separation = direction * near;
         }
@@ -240,13 +247,13 @@ impl Fragments {
     fn series<'a>(&'a self, pair: &PairOfFragments<'a>) -> Series<'a> {
         let moments = pair.fragments.map(|fragment| fragment.moments.as_slice());
         let radii = pair.fragments.map(|fragment| fragment.radius);
-        let (degrees, factors) = (pair.kept.degrees, &self.truncation.factors);
+        let (degrees, factors) = (pair.series.degrees, &self.truncation.factors);
         Series { tables: &self.tables, moments, radii, degrees, factors, arch: self.arch }
     }
 
     /// Returns force and torques from the pairs in a range of positions; NaN where the tolerance is not kept.
     pub fn interaction(&self, pose: &Pose, range: &Range<usize>) -> Interaction {
-        let mut sum = Interaction::none();
+        let mut sum = Interaction::ZERO;
         let complete = self.evaluate(pose, Accuracy::Loads, range, |series, offsets, at, _| {
             sum.add(&offsets.about_centres(pose, series.interaction(at)));
         });

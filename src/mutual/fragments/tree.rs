@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 type Triangle = [Vec3; 3];
 
-/// A part of a polyhedron that planes have cut from it.
+/// A part of a polyhedron between planes that divide it.
 #[derive(Debug)]
 pub(in crate::mutual) struct Fragment {
     /// The centre of mass in the polyhedron's frame.
@@ -27,7 +27,7 @@ pub(in crate::mutual) struct Fragment {
     pub share: f64,
     /// An upper bound of the field of the fragment at any point, per unit of its GM: that of the body of this
     /// volume and density that attracts most strongly.
-    pub most_field: f64,
+    pub field_bound: f64,
     /// The moments about the centre in units of the radius, and their sizes in each degree and beyond.
     pub moments: Vec<f64>,
     pub sizes: Vec<f64>,
@@ -40,7 +40,7 @@ pub(in crate::mutual) struct Fragment {
 /// which they are made.
 #[derive(Debug)]
 pub(in crate::mutual) struct FragmentTree {
-    pub whole: Fragment,
+    pub root: Fragment,
     pub degree: usize,
     volume: f64,
     count: AtomicUsize,
@@ -49,7 +49,7 @@ pub(in crate::mutual) struct FragmentTree {
 
 impl FragmentTree {
     /// The number of fragments above which the tree is made again, which bounds its memory.
-    pub const MOST: usize = 1 << 16;
+    pub const MOST_FRAGMENTS: usize = 1 << 16;
 
     /// Makes the tree, with moments of the whole polyhedron up to a degree.
     ///
@@ -63,8 +63,8 @@ impl FragmentTree {
     ) -> Result<Self> {
         let triangles = (0..polyhedron.faces().len()).map(|face| polyhedron.corners(face)).collect();
         let volume = polyhedron.volume();
-        let whole = Fragment::new(triangles, volume, degree, arch, interrupt)?;
-        Ok(Self { whole, degree, volume, count: AtomicUsize::new(1), arch })
+        let root = Fragment::new(triangles, volume, degree, arch, interrupt)?;
+        Ok(Self { root, degree, volume, count: AtomicUsize::new(1), arch })
     }
 
     /// Returns the number of fragments that have been made.
@@ -76,7 +76,7 @@ impl FragmentTree {
     #[inline]
     pub fn halves<'a>(&'a self, fragment: &'a Fragment) -> &'a [Fragment; 2] {
         fragment.halves.get_or_init(|| {
-            let halves = self.cut(fragment, &mut InterruptCheck::never());
+            let halves = self.split(fragment, &mut InterruptCheck::never());
             halves.unwrap_or_else(|_| Box::new([0, 1].map(|_| Fragment::none())))
         })
     }
@@ -88,14 +88,15 @@ impl FragmentTree {
     pub fn make_halves(&self, fragment: &Fragment, interrupt: &mut InterruptCheck) -> Result<()> {
         if fragment.halves.get().is_none() {
             // If another thread has set the halves meanwhile, they are the same.
-            let _ = fragment.halves.set(self.cut(fragment, interrupt)?);
+            let _ = fragment.halves.set(self.split(fragment, interrupt)?);
         }
         Ok(())
     }
 
-    fn cut(&self, fragment: &Fragment, interrupt: &mut InterruptCheck) -> Result<Box<[Fragment; 2]>> {
+    /// Makes the halves of a fragment.
+    fn split(&self, fragment: &Fragment, interrupt: &mut InterruptCheck) -> Result<Box<[Fragment; 2]>> {
         self.count.fetch_add(2, Ordering::Relaxed);
-        let [low, high] = cut(&fragment.triangles, &fragment.centre);
+        let [low, high] = split(&fragment.triangles, &fragment.centre);
         let mut make =
             |triangles| Fragment::new(triangles, self.volume, self.degree, self.arch, &mut *interrupt);
         Ok(Box::new([make(low)?, make(high)?]))
@@ -105,7 +106,7 @@ impl FragmentTree {
 impl Fragment {
     fn new(
         triangles: Vec<Triangle>,
-        whole: f64,
+        total_volume: f64,
         degree: usize,
         arch: Arch,
         interrupt: &mut InterruptCheck,
@@ -122,7 +123,7 @@ impl Fragment {
             first += v * 0.25 * (a + b + c);
         }
         // A cut may leave a sliver whose volume is zero within rounding.
-        let share = volume / whole;
+        let share = volume / total_volume;
         if share <= f64::EPSILON * f64::EPSILON {
             return Ok(Self::none());
         }
@@ -132,9 +133,9 @@ impl Fragment {
         let scaled = triangles.iter().map(|triangle| triangle.map(|v| (v - centre) / radius));
         let moments = solid_moments(scaled, volume / radius.powi(3), degree, arch, interrupt)?;
         let (sizes, tail) = sizes_and_tail(&moments);
-        let most_field = STRONGEST * volume.powf(-2.0 / 3.0);
+        let field_bound = STRONGEST * volume.powf(-2.0 / 3.0);
         let halves = OnceLock::new();
-        Ok(Self { centre, radius, share, most_field, moments, sizes, tail, triangles, halves })
+        Ok(Self { centre, radius, share, field_bound, moments, sizes, tail, triangles, halves })
     }
 
     /// Returns the highest degree of the moments.
@@ -150,7 +151,7 @@ impl Fragment {
             centre: Vec3::zeros(),
             radius: 0.0,
             share: 0.0,
-            most_field: 0.0,
+            field_bound: 0.0,
             moments: vec![1.0],
             sizes,
             tail,
@@ -160,20 +161,20 @@ impl Fragment {
     }
 }
 
-/// Returns the degree of the moments of a fragment, where the whole polyhedron has those up to `most`.
+/// Returns the degree of the moments of a fragment, where the polyhedron has moments up to `highest`.
 ///
 /// The force between two fragments of equal size near each other scales as the share of either to the power of
 /// 4/3, so that moments of a small fragment need fewer digits, of which each takes 2.4 degrees.
-fn degree_of(share: f64, most: usize) -> usize {
+fn degree_of(share: f64, highest: usize) -> usize {
     const LEAST: usize = 8;
     const MORE: f64 = 8.0;
     let fewer = -2.4 * 4.0 / 3.0 * share.log10() - MORE;
-    most - (fewer.max(0.0) as usize).min(most.saturating_sub(LEAST))
+    highest - (fewer.max(0.0) as usize).min(highest.saturating_sub(LEAST))
 }
 
 /// Cuts a closed surface by the plane through a point across its longest extent into two closed surfaces.
-fn cut(triangles: &[Triangle], through: &Vec3) -> [Vec<Triangle>; 2] {
-    let extent = BoundingBox::of(triangles.as_flattened());
+fn split(triangles: &[Triangle], through: &Vec3) -> [Vec<Triangle>; 2] {
+    let extent = BoundingBox::around(triangles.as_flattened());
     let axis = (extent.high - extent.low).imax();
     let height = |v: &Vec3| v[axis] - through[axis];
     // Both triangles at an edge get the same point in the plane, to the last bit.
@@ -187,22 +188,22 @@ fn cut(triangles: &[Triangle], through: &Vec3) -> [Vec<Triangle>; 2] {
     let mut corner = None;
     for triangle in triangles {
         let below = triangle.map(|v| height(&v) < 0.0);
-        let lone = match below.iter().filter(|below| **below).count() {
+        let apex = match below.iter().filter(|below| **below).count() {
             0 | 3 => {
                 sides[usize::from(!below[0])].push(*triangle);
                 continue;
             }
             count => below.iter().position(|is_below| *is_below == (count == 1)).unwrap_or(0),
         };
-        let [a, b, c] = [0, 1, 2].map(|k| triangle[(lone + k) % 3]);
+        let [a, b, c] = [0, 1, 2].map(|k| triangle[(apex + k) % 3]);
         let (p, q) = (crossing(&a, &b), crossing(&a, &c));
-        let (alone, others) = if below[lone] { (0, 1) } else { (1, 0) };
-        sides[alone].push([a, p, q]);
-        sides[others].extend([[p, b, c], [p, c, q]]);
+        let (apex_side, base_side) = if below[apex] { (0, 1) } else { (1, 0) };
+        sides[apex_side].push([a, p, q]);
+        sides[base_side].extend([[p, b, c], [p, c, q]]);
         let corner = *corner.get_or_insert(p);
         if corner != p && corner != q && p != q {
-            sides[alone].push([corner, q, p]);
-            sides[others].push([corner, p, q]);
+            sides[apex_side].push([corner, q, p]);
+            sides[base_side].push([corner, p, q]);
         }
     }
     sides

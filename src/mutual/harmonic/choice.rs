@@ -10,7 +10,7 @@ use crate::shape::Shape;
 /// The fractions of the smallest predicted separation for which degrees are chosen; the second is tried where
 /// no degree suffices at the first.
 const MARGINS: [f64; 2] = [0.95, 0.999];
-/// Degrees stay in use up to so many times the separation for which they were chosen.
+/// The largest ratio of a separation to that for which degrees were chosen, up to which these stay in use.
 const REUSED_TO: f64 = 1.15;
 /// Beside a point, the field of a polyhedron of fewer faces is cheaper than the series.
 const FEW_FACES: usize = 200;
@@ -32,7 +32,7 @@ impl Pair {
             Method::Multipole(degree) => Some(degree),
             _ => None,
         };
-        let has = |wanted: fn(&Shape) -> bool| self.bodies.iter().any(|body| wanted(&body.shape));
+        let has = |is_kind: fn(&Shape) -> bool| self.bodies.iter().any(|body| is_kind(&body.shape));
         let only_series = self.method == Method::Harmonic || has(|shape| matches!(shape, Shape::Stokes(_)));
         if total.is_none() && !only_series && !self.gains_by_series() {
             return Ok(false);
@@ -48,18 +48,18 @@ impl Pair {
         }
         let mut harmonic = match self.harmonic.take() {
             Some(harmonic) => harmonic,
-            None => self.new_series([FIRST_DEGREE; 2], interrupt)?,
+            None => self.make_series([FIRST_DEGREE; 2], interrupt)?,
         };
         let from = if always { 0.0 } else { harmonic.converges_from() };
         let chosen = match (total, self.fixed) {
             _ if separation <= from => None,
             (Some(total), _) => {
                 // Two degrees more estimate the truncation error.
-                harmonic.know([total + 2; 2], interrupt)?;
+                harmonic.extend([total + 2; 2], interrupt)?;
                 Some(Truncation::new([total; 2], total, from))
             }
             (None, Some(order)) => {
-                harmonic.know([order.gauss; 2], interrupt)?;
+                harmonic.extend([order.gauss; 2], interrupt)?;
                 Some(Truncation::new([order.gauss; 2], 2 * order.gauss, from))
             }
             (None, None) => {
@@ -109,8 +109,8 @@ impl Pair {
         valid_from: f64,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let mut harmonic = self.new_series(moment_degrees, interrupt)?;
-        harmonic.know(degrees, interrupt)?;
+        let mut harmonic = self.make_series(moment_degrees, interrupt)?;
+        harmonic.extend(degrees, interrupt)?;
         let total = match self.method {
             Method::Multipole(degree) => degree,
             _ => degrees[0] + degrees[1],
@@ -120,7 +120,7 @@ impl Pair {
         Ok(())
     }
 
-    fn new_series(&self, degrees: [usize; 2], interrupt: &mut InterruptCheck) -> Result<Harmonic> {
+    fn make_series(&self, degrees: [usize; 2], interrupt: &mut InterruptCheck) -> Result<Harmonic> {
         Harmonic::new([&self.bodies[0].shape, &self.bodies[1].shape], degrees, self.arch, interrupt)
     }
 

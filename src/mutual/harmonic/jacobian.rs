@@ -33,8 +33,12 @@ impl Line {
             (sums.torques[0] + sums.torques[1], sums.torques_radial[0] + sums.torques_radial[1]);
         let force = self.force(sums);
         let force_by_rotation = [0, 1].map(|body| {
-            let both = torque_by_rotation[0][body] + torque_by_rotation[1][body];
-            Mat3::from_rows(&[-both.row(1), both.row(0).into_owned(), -sums.torques_radial[body].transpose()])
+            let total = torque_by_rotation[0][body] + torque_by_rotation[1][body];
+            Mat3::from_rows(&[
+                -total.row(1),
+                total.row(0).into_owned(),
+                -sums.torques_radial[body].transpose(),
+            ])
         });
         let force_by_distance = Vec3::new(radial.y + torque.y, -radial.x - torque.x, sums.second_radial);
         let force_by_separation = across(&force, &force_by_rotation, force_by_distance);
@@ -62,10 +66,10 @@ impl Line {
 /// Returns the derivatives of a vector with respect to the separation, from those with respect to rotations
 /// of both bodies and to the distance, in units of the separation.
 fn across(vector: &Vec3, by_rotation: &[Mat3; 2], by_distance: Vec3) -> Mat3 {
-    let both = by_rotation[0] + by_rotation[1];
+    let total = by_rotation[0] + by_rotation[1];
     Mat3::from_columns(&[
-        Vec3::y().cross(vector) - both.column(1),
-        both.column(0) - Vec3::x().cross(vector),
+        Vec3::y().cross(vector) - total.column(1),
+        total.column(0) - Vec3::x().cross(vector),
         by_distance,
     ])
 }

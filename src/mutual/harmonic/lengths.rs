@@ -13,7 +13,7 @@ impl Harmonic {
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
-    pub fn know_lengths(
+    pub fn prepare_lengths(
         &mut self,
         truncation: &Truncation,
         is_fixed: bool,
@@ -36,14 +36,14 @@ impl Harmonic {
             false => Truncation::new(degrees, degrees[0] + degrees[1], 0.0),
         };
         self.lengths = Some(Box::new(Lengths { moments, derivatives, truncation }));
-        self.know_tables(degrees);
+        self.extend_tables(degrees);
         Ok(())
     }
 
     /// Returns the derivatives of force and torques with respect to the lengths of both bodies; zeros before
-    /// [`Self::know_lengths`].
+    /// [`Self::prepare_lengths`].
     pub fn shape_derivatives(&self, pose: &Pose) -> ShapeDerivatives {
-        let mut result = ShapeDerivatives::none();
+        let mut result = ShapeDerivatives::ZERO;
         let Some(lengths) = &self.lengths else { return result };
         let Lengths { moments, derivatives, truncation } = &**lengths;
         for body in 0..2 {

@@ -59,9 +59,9 @@ impl Direction {
 
 /// Returns cosine and sine of the multiples of an angle.
 #[inline(always)]
-fn multiples([cos, sin]: Angle, most: usize) -> [Angle; Exchange::MAX_DEGREE + 1] {
+fn multiples([cos, sin]: Angle, highest: usize) -> [Angle; Exchange::MAX_DEGREE + 1] {
     let mut out = [[1.0, 0.0]; Exchange::MAX_DEGREE + 1];
-    for m in 1..=most {
+    for m in 1..=highest {
         let [c, s] = out[m - 1];
         out[m] = [c * cos - s * sin, s * cos + c * sin];
     }
@@ -190,7 +190,7 @@ impl<const N: usize> LineMoments<N> {
         let mut sum = 0.0;
         for m in 0..=self.degree {
             let range = self.range(m);
-            let degrees = &WHOLE[m..];
+            let degrees = &INTEGERS[m..];
             sum += weighted_sum(&self.cos[range.clone()], &other.cos[range.clone()], degrees);
             sum += weighted_sum(&self.sin[range.clone()], &other.sin[range], degrees);
         }
@@ -208,10 +208,10 @@ impl<const N: usize> LineMoments<N> {
     pub fn torque(&self, derivative: &Self) -> Vec3 {
         let mut torque = Vec3::zeros();
         for m in 0..=self.degree {
-            let here = self.range(m);
-            let (cos, sin) = (&derivative.cos[here.clone()], &derivative.sin[here.clone()]);
+            let row = self.range(m);
+            let (cos, sin) = (&derivative.cos[row.clone()], &derivative.sin[row.clone()]);
             if m < self.degree {
-                let (above, weights) = (self.range(m + 1), &WHOLE[2 * m + 2..]);
+                let (above, weights) = (self.range(m + 1), &INTEGERS[2 * m + 2..]);
                 let (cosines, sines) = (&self.cos[above.clone()], &self.sin[above]);
                 let factor = if m == 0 { FRAC_1_SQRT_2 } else { 0.5 };
                 let sum = |a: &[f64], b: &[f64]| factor * weighted_sum(&a[1..], b, weights);
@@ -219,13 +219,13 @@ impl<const N: usize> LineMoments<N> {
                 torque.y -= sum(cos, cosines) + sum(sin, sines);
             }
             if m > 0 {
-                let (below, weights) = (self.range(m - 1), &WHOLE[1..]);
+                let (below, weights) = (self.range(m - 1), &INTEGERS[1..]);
                 let (cosines, sines) = (&self.cos[below.clone()][1..], &self.sin[below][1..]);
                 let factor = if m == 1 { 0.5 * SQRT_2 } else { 0.5 };
                 let sum = |a: &[f64], b: &[f64]| weighted_sum(a, b, weights);
                 torque.x += 0.5 * sum(cos, sines) - factor * sum(sin, cosines);
                 torque.y += factor * sum(cos, cosines) + 0.5 * sum(sin, sines);
-                let cross_sum = product_sum(sin, &self.cos[here.clone()]) - product_sum(cos, &self.sin[here]);
+                let cross_sum = product_sum(sin, &self.cos[row.clone()]) - product_sum(cos, &self.sin[row]);
                 torque.z += m as f64 * cross_sum;
             }
         }
@@ -238,7 +238,7 @@ impl<const N: usize> LineMoments<N> {
         let mut out = [0, 1, 2].map(|_| Self::zeros(self.degree));
         let [about_x, about_y, about_z] = &mut out;
         for m in 0..=self.degree {
-            let here = self.start(m);
+            let row = self.start(m);
             // The terms of the order above, where the degree has it.
             if m < self.degree {
                 let above = self.start(m + 1);
@@ -246,11 +246,11 @@ impl<const N: usize> LineMoments<N> {
                 for k in 0..self.degree - m {
                     let weight = factor * (k + 2 * m + 2) as f64;
                     let (cos, sin) = (weight * self.cos[above + k], weight * self.sin[above + k]);
-                    about_x.cos[here + 1 + k] += sin;
-                    about_y.cos[here + 1 + k] -= cos;
+                    about_x.cos[row + 1 + k] += sin;
+                    about_y.cos[row + 1 + k] -= cos;
                     if m > 0 {
-                        about_x.sin[here + 1 + k] -= cos;
-                        about_y.sin[here + 1 + k] -= sin;
+                        about_x.sin[row + 1 + k] -= cos;
+                        about_y.sin[row + 1 + k] -= sin;
                     }
                 }
             }
@@ -261,12 +261,12 @@ impl<const N: usize> LineMoments<N> {
                     let weight = (k + 1) as f64;
                     let (cos, sin) =
                         (weight * factor * self.cos[below + 1 + k], weight * 0.5 * self.sin[below + 1 + k]);
-                    about_x.cos[here + k] += sin;
-                    about_x.sin[here + k] -= cos;
-                    about_y.cos[here + k] += cos;
-                    about_y.sin[here + k] += sin;
-                    about_z.cos[here + k] = -(m as f64) * self.sin[here + k];
-                    about_z.sin[here + k] = m as f64 * self.cos[here + k];
+                    about_x.cos[row + k] += sin;
+                    about_x.sin[row + k] -= cos;
+                    about_y.cos[row + k] += cos;
+                    about_y.sin[row + k] += sin;
+                    about_z.cos[row + k] = -(m as f64) * self.sin[row + k];
+                    about_z.sin[row + k] = m as f64 * self.cos[row + k];
                 }
             }
         }
@@ -274,8 +274,8 @@ impl<const N: usize> LineMoments<N> {
     }
 }
 
-/// The whole numbers as doubles.
-static WHOLE: [f64; 2 * Exchange::MAX_DEGREE + 3] = {
+/// The integers from zero on.
+static INTEGERS: [f64; 2 * Exchange::MAX_DEGREE + 3] = {
     let mut numbers = [0.0; 2 * Exchange::MAX_DEGREE + 3];
     let mut n = 0;
     while n < numbers.len() {
@@ -290,7 +290,7 @@ static WHOLE: [f64; 2 * Exchange::MAX_DEGREE + 3] = {
 fn weighted_sum(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
     let size = a.len().min(b.len());
     let weights = &weights[..size];
-    let ((a, a_rest), (b, b_rest), (w, w_rest)) =
+    let ((a, a_remainder), (b, b_remainder), (w, w_remainder)) =
         (a[..size].as_chunks::<4>(), b[..size].as_chunks::<4>(), weights.as_chunks::<4>());
     let mut sums = [0.0; 4];
     for ((a, b), w) in a.iter().zip(b).zip(w) {
@@ -298,21 +298,22 @@ fn weighted_sum(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
             sums[k] += a[k] * b[k] * w[k];
         }
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).zip(w_rest).map(|((a, b), w)| a * b * w).sum();
-    ((sums[0] + sums[2]) + (sums[1] + sums[3])) + rest
+    let remainder: f64 =
+        a_remainder.iter().zip(b_remainder).zip(w_remainder).map(|((a, b), w)| a * b * w).sum();
+    ((sums[0] + sums[2]) + (sums[1] + sums[3])) + remainder
 }
 
 /// Returns the sum of products, in eight sums side by side.
 #[inline(always)]
 fn product_sum(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
-    let (chunks, rest) = a.as_chunks::<8>();
+    let (chunks, remainder) = a.as_chunks::<8>();
     let (others, last) = b.as_chunks::<8>();
     for (a, b) in chunks.iter().zip(others) {
         for k in 0..8 {
             sums[k] += a[k] * b[k];
         }
     }
-    let rest: f64 = rest.iter().zip(last).map(|(a, b)| a * b).sum();
-    ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7])) + rest
+    let remainder: f64 = remainder.iter().zip(last).map(|(a, b)| a * b).sum();
+    ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7])) + remainder
 }

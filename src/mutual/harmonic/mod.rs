@@ -35,7 +35,7 @@ pub(super) use moments::sizes_and_tail;
 use pulp::{Arch, Simd, WithSimd};
 use std::sync::Arc;
 pub(crate) use truncation::Truncation;
-use truncation::{Needed, needed};
+use truncation::{RequiredDegrees, required_degrees};
 
 /// The degree to which moments are computed first.
 pub(crate) const FIRST_DEGREE: usize = 12;
@@ -47,7 +47,7 @@ const SECOND: [f64; 3] = [-1.0, -1.0, 1.0];
 #[derive(Debug, Clone)]
 pub(crate) struct Harmonic {
     moments: [Moments; 2],
-    /// What the derivatives with respect to lengths need, where they have been requested.
+    /// The moments for the derivatives with respect to lengths, where these have been requested.
     lengths: Option<Box<Lengths>>,
     tables: Arc<Tables>,
     arch: Arch,
@@ -75,8 +75,8 @@ impl Harmonic {
     ) -> Result<Self> {
         let moments =
             [Moments::new(first, degree, arch, interrupt)?, Moments::new(second, other, arch, interrupt)?];
-        let most = moments.iter().map(Moments::degree).fold(degree.max(other), usize::max);
-        let tables = Arc::new(Tables::new(most));
+        let highest = moments.iter().map(Moments::degree).fold(degree.max(other), usize::max);
+        let tables = Arc::new(Tables::new(highest));
         Ok(Self { moments, lengths: None, tables, arch })
     }
 
@@ -91,8 +91,7 @@ impl Harmonic {
         [0, 1].map(|body| self.moments[body].degree())
     }
 
-    /// Returns the truncation for all separations from one up: the lowest degrees that reach the tolerance
-    /// there. `None` where the highest degree does not suffice.
+    /// Returns the truncation for all separations from this one up: the lowest degrees that reach the tolerance. `None` where the highest degree does not suffice.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
@@ -104,17 +103,17 @@ impl Harmonic {
     ) -> Result<Option<Truncation>> {
         loop {
             let [first, second] = &self.moments;
-            match needed([first, second], distance, tolerance) {
-                Needed::Degrees(degrees) => {
-                    self.know(degrees, interrupt)?;
+            match required_degrees([first, second], distance, tolerance) {
+                RequiredDegrees::Degrees(degrees) => {
+                    self.extend(degrees, interrupt)?;
                     return Ok(Some(Truncation::new(degrees, degrees[0] + degrees[1], distance)));
                 }
-                Needed::Moments(body) => {
+                RequiredDegrees::Moments(body) => {
                     let degree = self.moments[body].degree();
-                    let more = (degree + degree / 3).min(Exchange::MAX_DEGREE);
-                    self.moments[body] = self.moments[body].to_degree(more, self.arch, interrupt)?;
+                    let higher = (degree + degree / 3).min(Exchange::MAX_DEGREE);
+                    self.moments[body] = self.moments[body].to_degree(higher, self.arch, interrupt)?;
                 }
-                Needed::BeyondHighest => return Ok(None),
+                RequiredDegrees::BeyondHighest => return Ok(None),
             }
         }
     }
@@ -129,24 +128,24 @@ impl Harmonic {
             .then(|| Truncation::new(degrees, degrees[0] + degrees[1], self.converges_from()))
     }
 
-    /// Makes sure that moments and constants are known to these degrees.
+    /// Extends the moments and constants to these degrees where they are known to lower ones.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
-    pub fn know(&mut self, degrees: [usize; 2], interrupt: &mut InterruptCheck) -> Result<()> {
+    pub fn extend(&mut self, degrees: [usize; 2], interrupt: &mut InterruptCheck) -> Result<()> {
         for (body, degree) in degrees.into_iter().enumerate() {
             if self.moments[body].degree() < degree && !self.moments[body].is_complete() {
                 self.moments[body] = self.moments[body].to_degree(degree, self.arch, interrupt)?;
             }
         }
-        self.know_tables(degrees);
+        self.extend_tables(degrees);
         Ok(())
     }
 
-    fn know_tables(&mut self, degrees: [usize; 2]) {
-        let most = degrees[0].max(degrees[1]);
-        if self.tables.degree() < most {
-            self.tables = Arc::new(Tables::new(most));
+    fn extend_tables(&mut self, degrees: [usize; 2]) {
+        let highest = degrees[0].max(degrees[1]);
+        if self.tables.degree() < highest {
+            self.tables = Arc::new(Tables::new(highest));
         }
     }
 
@@ -245,7 +244,7 @@ impl Series<'_> {
     }
 }
 
-/// What is computed.
+/// The quantities that are computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Request {
     Energy,
@@ -292,13 +291,13 @@ impl Line {
         let size = cos.hypot(sin);
         let azimuth = [cos / size, sin / size];
         let [x, y, z] = directions[1].axes;
-        let of_second = [x * azimuth[0] - y * azimuth[1], x * azimuth[1] + y * azimuth[0], z];
+        let second_axes = [x * azimuth[0] - y * azimuth[1], x * azimuth[1] + y * azimuth[0], z];
         Self {
             distance,
             directions,
             azimuth,
             inertial: Mat3::from_columns(&first),
-            bodies: [Mat3::from_columns(&directions[0].axes), Mat3::from_columns(&of_second)],
+            bodies: [Mat3::from_columns(&directions[0].axes), Mat3::from_columns(&second_axes)],
         }
     }
 

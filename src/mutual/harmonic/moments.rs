@@ -49,7 +49,7 @@ impl Moments {
             Shape::Polyhedron(polyhedron) => polyhedron.harmonic_moments(degree, arch, interrupt)?,
             Shape::Stokes(stokes) => stokes.moments().clone(),
             Shape::Ellipsoid(ellipsoid) if !is_sphere(ellipsoid) => {
-                Arc::new(of_ellipsoid(ellipsoid, degree, arch))
+                Arc::new(ellipsoid_moments(ellipsoid, degree, arch))
             }
             _ => Arc::new(vec![1.0]),
         };
@@ -94,9 +94,10 @@ impl Moments {
 
 /// Returns the sizes of the degrees of moments, and the bound of those of all degrees above.
 pub(in crate::mutual) fn sizes_and_tail(values: &[f64]) -> (Vec<f64>, f64) {
-    let of = |l: usize| &values[l * l..count(l)];
+    let values_of_degree = |l: usize| &values[l * l..count(l)];
     let degrees = values.len().isqrt();
-    let sizes: Vec<f64> = (0..degrees).map(|l| of(l).iter().map(|m| m * m).sum::<f64>().sqrt()).collect();
+    let sizes: Vec<f64> =
+        (0..degrees).map(|l| values_of_degree(l).iter().map(|m| m * m).sum::<f64>().sqrt()).collect();
     let last = degrees.saturating_sub(ENVELOPE).max(1);
     let tail = sizes[last.min(degrees)..].iter().fold(0.0, |a: f64, b| a.max(*b));
     (sizes, tail)
@@ -117,10 +118,10 @@ pub fn harmonics(body: &Body, degree: usize, interrupt: &mut InterruptCheck) -> 
     require_positive(&format!("radius of {}", body.name()), radius)?;
     let mut sums = vec![0.0; count(degree)];
     for part in body.parts() {
-        let own = Moments::new(&part.shape, degree, Arch::Scalar, interrupt)?;
-        let mut means = own.values.to_vec();
-        means.resize(count(degree.max(own.degree())), 0.0);
-        let (centre, rotation) = (part.position() / radius, part.rotation() * (own.radius / radius));
+        let part_moments = Moments::new(&part.shape, degree, Arch::Scalar, interrupt)?;
+        let mut means = part_moments.values.to_vec();
+        means.resize(count(degree.max(part_moments.degree())), 0.0);
+        let (centre, rotation) = (part.position() / radius, part.rotation() * (part_moments.radius / radius));
         let moved = moved(&means, degree, |x| centre + rotation * x);
         sums.iter_mut().zip(moved).for_each(|(sum, mean)| *sum += part.mass / body.mass() * mean);
     }
@@ -163,7 +164,7 @@ impl WeightedPoints {
         let mut sums = vec![0.0; count(degree)];
         let ([x, y, z], weights) = (&self.points, &*self.weights);
         arch.dispatch(WeightedHarmonics { points: [x, y, z], weights, degree, sums: &mut sums });
-        for (l, m) in all(degree) {
+        for (l, m) in degrees_and_orders(degree) {
             if vanishes(l, m) {
                 sums[index(l, m)] = 0.0;
             }
@@ -173,7 +174,7 @@ impl WeightedPoints {
 }
 
 /// Iterates over degrees and orders.
-fn all(degree: usize) -> impl Iterator<Item = (usize, isize)> {
+fn degrees_and_orders(degree: usize) -> impl Iterator<Item = (usize, isize)> {
     (0..=degree).flat_map(|l| (-(l as isize)..=l as isize).map(move |m| (l, m)))
 }
 
@@ -199,7 +200,7 @@ fn vanishes(l: usize, m: isize) -> bool {
 
 /// Returns the moments of an ellipsoid: means over its focal ellipse with the density in proportion to
 /// t = sqrt(1 - rho^2), rho being one on its edge.
-fn of_ellipsoid(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> Vec<f64> {
+fn ellipsoid_moments(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> Vec<f64> {
     let [long, short] = ellipsoid.focal_axes();
     let to_body = ellipsoid.canonical().transpose();
     let mut nodes = WeightedPoints::default();
@@ -230,7 +231,7 @@ fn by_semi_axes(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> [Vec<f64>; 
         }
         let lower = nodes.means(degree, arch, |_, _| false);
         let mut derivatives = displaced(&lower[..degree * degree], axis);
-        for (l, m) in all(degree) {
+        for (l, m) in degrees_and_orders(degree) {
             derivatives[index(l, m)] *= if vanishes(l, m) { 0.0 } else { 3.0 / (l + 3) as f64 };
         }
         derivatives

@@ -19,9 +19,9 @@ pub(crate) struct Truncation {
     pub valid_from: f64,
 }
 
-/// What the bound says about the degrees that a separation needs.
+/// The degrees that a separation needs according to the bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Needed {
+pub(super) enum RequiredDegrees {
     /// The degrees of both bodies.
     Degrees([usize; 2]),
     /// The moments of a body are known to too low a degree.
@@ -47,32 +47,32 @@ impl Truncation {
     }
 }
 
-/// Returns the lowest degrees for which the terms that are left out add up to less than the tolerance.
-pub(super) fn needed(bodies: [&Moments; 2], distance: f64, tolerance: f64) -> Needed {
+/// Returns the lowest degrees for which the omitted terms add up to less than the tolerance.
+pub(super) fn required_degrees(bodies: [&Moments; 2], distance: f64, tolerance: f64) -> RequiredDegrees {
     let ratios = bodies.map(|body| body.radius / distance);
     let moment_degrees = bodies.map(Moments::degree);
     let arms = bodies.map(|body| if body.circumradius > 0.0 { distance / body.circumradius } else { 0.0 });
     let Some([rows, columns]) = sums(bodies, ratios, arms, moment_degrees) else {
-        return Needed::BeyondHighest;
+        return RequiredDegrees::BeyondHighest;
     };
     let mut degrees = [0; 2];
     for (body, sums) in [rows, columns].iter().enumerate() {
         // The last sum contains all degrees beyond those that are known.
         let mut remainder = 0.0;
-        let enough = (0..sums.len()).rev().find(|&l| {
+        let lowest = (0..sums.len()).rev().find(|&l| {
             remainder += sums[l];
             remainder > 0.5 * tolerance
         });
-        degrees[body] = enough.unwrap_or(0);
+        degrees[body] = lowest.unwrap_or(0);
         if degrees[body] > moment_degrees[body] {
             return if moment_degrees[body] < Exchange::MAX_DEGREE {
-                Needed::Moments(body)
+                RequiredDegrees::Moments(body)
             } else {
-                Needed::BeyondHighest
+                RequiredDegrees::BeyondHighest
             };
         }
     }
-    Needed::Degrees(degrees)
+    RequiredDegrees::Degrees(degrees)
 }
 
 /// Returns the sums of the bounds over all degrees of the other body, for each degree of the first and of the

@@ -82,9 +82,9 @@ pub enum Condition<'a> {
         /// The index of the third body among the forces.
         force: usize,
     },
-    /// A body's outline and that of another one in front of it touch, as seen from a point: the observer, or
-    /// the Sun. The function is the gap of the outlines, or how far the body behind reaches out of the
-    /// other's outline.
+    /// A body's outline and that of another one in front of it touch, as seen from a point: the observer, or the
+    /// Sun. The function is the gap between the outlines, or the largest extent of the outline of the body behind
+    /// beyond the other outline.
     Occultation {
         /// The body behind.
         body: usize,
@@ -92,16 +92,16 @@ pub enum Condition<'a> {
         by: usize,
         /// Whether the outline of the body behind has to be inside that of the other.
         total: bool,
-        /// The path of the point relative to the barycentre.
-        toward: Box<Toward>,
+        /// The point from which the bodies are seen, or from which light comes.
+        viewpoint: Box<Viewpoint>,
     },
     /// Zeros of a function of the state.
     Function(Box<StateFunction<'a>>),
 }
 
-/// The path of the point from which bodies are seen, or from which light comes, with the speed of that light.
+/// The path of the point from which bodies are seen, or from which light comes, with the slowness of that light.
 #[derive(Debug, Clone)]
-pub struct Toward {
+pub struct Viewpoint {
     /// The position of the point relative to the barycentre as a function of time: that of the light which
     /// leaves, or passes, the barycentre.
     pub path: Spline<3>,
@@ -110,30 +110,30 @@ pub struct Toward {
     /// Whether only the direction to the point counts, as if it were at an infinite distance.
     pub distant: bool,
     /// The time that light takes per unit length: positive for light to the point, which leaves nearer bodies
-    /// later; negative for light from there, which passes nearer bodies earlier; zero if all bodies are taken
-    /// at one time.
+    /// later; negative for light from the point, which passes nearer bodies earlier; zero to neglect the light time.
     pub slowness: f64,
 }
 
-/// The point of a [`Toward`] at a time.
-struct Eye {
+/// The position of a [`Viewpoint`] at a time.
+struct ViewpointPosition {
     /// The unit vector from the barycentre.
     direction: Vec3,
     /// One over the distance from the barycentre; zero for a point at infinity.
     nearness: f64,
 }
 
-impl Eye {
-    /// Returns by how much nearer than the barycentre a place relative to it is.
-    fn nearer(&self, position: &Vec3) -> f64 {
+impl ViewpointPosition {
+    /// Returns the distance of the barycentre minus that of a position, which is relative to the barycentre.
+    fn path_difference(&self, position: &Vec3) -> f64 {
         let Self { direction, nearness } = self;
-        let way = (direction - position * *nearness).norm();
-        (2.0 * position.dot(direction) - nearness * position.norm_squared()) / (1.0 + way)
+        let distance = (direction - position * *nearness).norm();
+        (2.0 * position.dot(direction) - nearness * position.norm_squared()) / (1.0 + distance)
     }
 }
 
-impl Toward {
-    fn eye(&self, time: f64) -> Result<Eye> {
+impl Viewpoint {
+    /// Returns the position at a time.
+    fn position(&self, time: f64) -> Result<ViewpointPosition> {
         let (first, last) = self.path.range();
         if self.bounded && !(first..=last).contains(&time) {
             let expected = format!("one from {first} to {last}, for which the point is known");
@@ -141,7 +141,10 @@ impl Toward {
         }
         let position = Vec3::from(self.path.at(time).0);
         let distance = position.norm();
-        Ok(Eye { direction: position / distance, nearness: if self.distant { 0.0 } else { 1.0 / distance } })
+        Ok(ViewpointPosition {
+            direction: position / distance,
+            nearness: if self.distant { 0.0 } else { 1.0 / distance },
+        })
     }
 }
 
@@ -152,7 +155,7 @@ pub(super) struct EvaluationPoint<'a> {
     pub time: f64,
     pub y: &'a [f64],
     pub zeros: &'a [f64],
-    /// The continuous solution about the time, as far as it is known.
+    /// The known pieces of the continuous solution about the time.
     pub pieces: &'a [Segment],
 }
 
@@ -183,46 +186,62 @@ impl EvaluationPoint<'_> {
         (self.position(body) - offset, self.velocity(body) - drift)
     }
 
-    /// Returns by how much later the light left a body, or passed it, that leaves or passes the barycentre at
-    /// this time, and where the body was then relative to the barycentre: both on a straight line. Each
-    /// iteration gains the digits of the speed of light over the body's.
-    fn straight(&self, body: usize, eye: &Eye, slowness: f64, iterations: usize) -> (f64, Vec3) {
+    /// Returns the delay of the light that leaves or passes a body, relative to the light that leaves or passes the
+    /// barycentre at this time, and the position of the body at that moment, relative to the barycentre. The body is
+    /// assumed to move on a straight line. Each iteration gains the digits of the speed of light over the body's.
+    fn on_straight_line(
+        &self,
+        body: usize,
+        viewpoint_position: &ViewpointPosition,
+        slowness: f64,
+        iterations: usize,
+    ) -> (f64, Vec3) {
         let (position, velocity) = self.about_barycentre(body);
-        let late = (0..iterations).fold(0.0, |late, _| slowness * eye.nearer(&(position + velocity * late)));
-        (late, position + velocity * late)
+        let delay = (0..iterations).fold(0.0, |delay, _| {
+            slowness * viewpoint_position.path_difference(&(position + velocity * delay))
+        });
+        (delay, position + velocity * delay)
     }
 
-    /// Returns the position of a body relative to the barycentre, and its rotation, when the light left it,
-    /// or passed it.
+    /// Returns the position of a body relative to the barycentre, and its rotation, at the moment at which the light
+    /// leaves or passes it.
     ///
-    /// Unless a straight line is exact but for rounding, one step leads from there to the continuous
-    /// solution, up to the square of the speed over that of light. Beyond the pieces that are known, the
-    /// position follows from the acceleration at their end and the attitude from the spin.
-    fn seen(&self, body: usize, eye: &Eye, slowness: f64) -> (Vec3, Mat3) {
-        /// The square of an angle that counts as none.
-        const STRAIGHT: f64 = 1e-16;
-        let (late, straight) = self.straight(body, eye, slowness, 4);
+    /// Unless a straight line is exact but for rounding, one correction leads to the position on the continuous
+    /// solution, up to the square of the speed over that of light. Beyond the known pieces, the position follows from
+    /// the acceleration at their end and the attitude from the spin.
+    fn at_light_time(
+        &self,
+        body: usize,
+        viewpoint_position: &ViewpointPosition,
+        slowness: f64,
+    ) -> (Vec3, Mat3) {
+        /// The square of an angle that counts as zero.
+        const NEGLIGIBLE: f64 = 1e-16;
+        let (delay, on_straight_line) = self.on_straight_line(body, viewpoint_position, slowness, 4);
         let spin = |y: &[f64]| Vec3::from_column_slice(&y[self.frame().layout.spin(body)..][..3]);
         let velocity = self.about_barycentre(body).1;
-        let rate = spin(self.y).norm_squared() + velocity.norm_squared() / straight.norm_squared();
-        let Some(first) = self.pieces.first().filter(|_| late * late * rate > STRAIGHT) else {
-            let rotation = Rotation3::from_scaled_axis(spin(self.y) * late);
-            return (straight, self.rotation(body) * rotation.matrix());
+        let rate = spin(self.y).norm_squared() + velocity.norm_squared() / on_straight_line.norm_squared();
+        let Some(first) = self.pieces.first().filter(|_| delay * delay * rate > NEGLIGIBLE) else {
+            let rotation = Rotation3::from_scaled_axis(spin(self.y) * delay);
+            return (on_straight_line, self.rotation(body) * rotation.matrix());
         };
-        let piece = piece_at(self.pieces, self.time + late, first.size() > 0.0);
+        let piece = piece_at(self.pieces, self.time + delay, first.size() > 0.0);
         let present = piece.fraction(self.time);
-        let theta = (present + late / piece.size()).clamp(0.0, 1.0);
-        let rest = late - (theta - present) * piece.size();
+        let theta = (present + delay / piece.size()).clamp(0.0, 1.0);
+        let remainder = delay - (theta - present) * piece.size();
         let (mut y, mut rates) = (self.y.to_vec(), vec![0.0; self.y.len()]);
         piece.at(theta, &mut y);
         piece.rate(theta, &mut rates);
-        let there = EvaluationPoint { y: &y, ..*self };
-        let (position, velocity) = there.about_barycentre(body);
+        let delayed = EvaluationPoint { y: &y, ..*self };
+        let (position, velocity) = delayed.about_barycentre(body);
         let (_, acceleration) = EvaluationPoint { y: &rates, ..*self }.about_barycentre(body);
-        let position = position + (velocity + acceleration * (0.5 * rest)) * rest;
-        let left = slowness * eye.nearer(&position) - late;
-        let rotation = Rotation3::from_scaled_axis(spin(&y) * (rest + left));
-        (position + (velocity + acceleration * rest) * left, there.rotation(body) * rotation.matrix())
+        let position = position + (velocity + acceleration * (0.5 * remainder)) * remainder;
+        let correction = slowness * viewpoint_position.path_difference(&position) - delay;
+        let rotation = Rotation3::from_scaled_axis(spin(&y) * (remainder + correction));
+        (
+            position + (velocity + acceleration * remainder) * correction,
+            delayed.rotation(body) * rotation.matrix(),
+        )
     }
 
     fn relative(&self, first: usize, second: usize) -> (Vec3, Vec3) {
@@ -270,9 +289,9 @@ impl Condition<'_> {
     /// Returns a bound of the function's derivative with respect to the fraction of a piece, for functions
     /// that have sharp bends and more than one extremum within a few samples; `None` for others.
     pub(super) fn steepness(&self, equations: &Dynamics, piece: &Segment) -> Option<f64> {
-        /// Light time adds a share of the speed over that of light, which bounds of the rest exceed by far.
+        /// Light time adds a fraction of the speed over that of light, far less than the excess of the other bounds.
         const MARGIN: f64 = 1.01;
-        let Self::Occultation { body, by, toward, .. } = self else { return None };
+        let Self::Occultation { body, by, viewpoint, .. } = self else { return None };
         let layout = equations.frame().layout;
         let (mut speed, mut distance, mut rotation_speed, mut size) = (0.0, 0.0, 0.0, 0.0);
         for index in [*body, *by] {
@@ -285,7 +304,7 @@ impl Condition<'_> {
                 AttitudeChart::TaitBryan => (0..3).map(|c| piece.rates(attitude + c, 1)[0]).sum(),
             };
             let body = &equations.system().bodies()[index];
-            // The outline of a sphere does not change when it turns.
+            // The outline of a sphere does not change when it rotates.
             let lever = match body.parts() {
                 [Part { shape, placement: None, .. }] => shape.focal_reach(),
                 _ => body.circumradius(),
@@ -293,11 +312,11 @@ impl Condition<'_> {
             rotation_speed += rate * lever;
             size += body.circumradius();
         }
-        let (position, rate) = toward.path.at(piece.start());
+        let (position, rate) = viewpoint.path.at(piece.start());
         let far = Vec3::from(position).norm();
         let drift = Vec3::from(rate).norm() / far * piece.size().abs();
-        // A place x is seen at x / (1 - x.u / far) from a near point.
-        let share = if toward.distant { 0.0 } else { (distance + speed + size) / far };
+        // From a near point, a position x is seen at x / (1 - x.u / far).
+        let share = if viewpoint.distant { 0.0 } else { (distance + speed + size) / far };
         let growth = if share < 1.0 { ((1.0 + share) / (1.0 - share)).powi(2) } else { f64::INFINITY };
         Some(growth * (MARGIN * (speed + rotation_speed) + 2.0 * drift * (distance + speed + size)))
     }
@@ -363,20 +382,20 @@ impl Condition<'_> {
                 }
             }
             Self::ClosestApproach { force } => equations.external_forces().expect_third_body(*force),
-            Self::Occultation { body, by, toward, .. } => {
+            Self::Occultation { body, by, viewpoint, .. } => {
                 two(*body, *by)?;
                 bodies[*body].require_surface().and(bodies[*by].require_surface())?;
-                require_finite("slowness of Occultation", &[toward.slowness])
+                require_finite("slowness of Occultation", &[viewpoint.slowness])
             }
             Self::Function(_) => Ok(()),
         }
     }
 
     /// Evaluates the function whose zeros are the events.
-    pub(super) fn value(&mut self, at: &EvaluationPoint) -> Result<f64> {
+    pub(super) fn value(&mut self, at: &EvaluationPoint, interrupt: &mut InterruptCheck) -> Result<f64> {
         Ok(match self {
             Self::Separation { first, second, value } => at.relative(*first, *second).0.norm() - *value,
-            Self::Contact { first, second } => contact(at, *first, *second)?,
+            Self::Contact { first, second } => contact(at, *first, *second, interrupt)?,
             Self::Periapsis { first, second } | Self::Apoapsis { first, second } => {
                 let (r, v) = at.relative(*first, *second);
                 r.dot(&v)
@@ -401,21 +420,24 @@ impl Condition<'_> {
                 let (offset, offset_rate) = at.frame().barycentre_offset(at.y);
                 (position - offset).dot(&(velocity - offset_rate))
             }
-            Self::Occultation { body, by, total, toward } => occultation(at, [*body, *by], *total, toward)?,
+            Self::Occultation { body, by, total, viewpoint } => {
+                occultation(at, [*body, *by], *total, viewpoint, interrupt)?
+            }
             Self::Function(function) => function(&at.frame().state(at.time, at.y, at.zeros))?,
         })
     }
 }
 
-fn contact(at: &EvaluationPoint, first: usize, second: usize) -> Result<f64> {
+/// Evaluates the function of a contact: the factor of growth, less one.
+fn contact(at: &EvaluationPoint, first: usize, second: usize, interrupt: &mut InterruptCheck) -> Result<f64> {
     let (r, _) = at.relative(first, second);
     let bodies = at.system().bodies();
     let rotations = [&at.rotation(first), &at.rotation(second)];
     // Bodies so thin that rounding decides the sign are an error.
-    let interrupt = &mut InterruptCheck::never();
-    Ok(Proximity::of([&bodies[first], &bodies[second]], &r, rotations, at.time, interrupt)?.factor - 1.0)
+    Ok(Proximity::compute([&bodies[first], &bodies[second]], &r, rotations, at.time, interrupt)?.factor - 1.0)
 }
 
+/// Evaluates the function of an alignment: the rate of the squared cosine over two.
 fn alignment(at: &EvaluationPoint, body: usize, other: usize) -> f64 {
     let (r, v) = at.relative(body, other);
     let axes = at.system().bodies()[body].semi_axes();
@@ -432,17 +454,23 @@ fn alignment(at: &EvaluationPoint, body: usize, other: usize) -> f64 {
 }
 
 /// Evaluates the function of an occultation of the first body by the second.
-fn occultation(at: &EvaluationPoint, indices: [usize; 2], total: bool, toward: &Toward) -> Result<f64> {
-    let (eye, slowness) = (toward.eye(at.time)?, toward.slowness);
-    let Eye { direction, nearness } = eye;
+fn occultation(
+    at: &EvaluationPoint,
+    indices: [usize; 2],
+    total: bool,
+    viewpoint: &Viewpoint,
+    interrupt: &mut InterruptCheck,
+) -> Result<f64> {
+    let (viewpoint_position, slowness) = (viewpoint.position(at.time)?, viewpoint.slowness);
+    let ViewpointPosition { direction, nearness } = viewpoint_position;
     let bodies = indices.map(|index| &at.system().bodies()[index]);
-    let [behind, front] = indices.map(|index| at.straight(index, &eye, slowness, 1).1);
+    let [behind, front] = indices.map(|index| at.on_straight_line(index, &viewpoint_position, slowness, 1).1);
     for (position, body) in [behind, front].iter().zip(bodies) {
-        let reach = position.dot(&direction) + body.circumradius();
-        if reach * nearness >= 1.0 {
+        let extent = position.dot(&direction) + body.circumradius();
+        if extent * nearness >= 1.0 {
             let what =
                 format!("distance of the observer, or the Sun, from the barycentre at time {}", at.time);
-            let expected = format!("one above {reach}, as far as {} reaches toward it", body.name);
+            let expected = format!("one above {extent}, as far as {} reaches toward it", body.name);
             return Err(Error::invalid(what, nearness.recip(), expected));
         }
     }
@@ -452,17 +480,19 @@ fn occultation(at: &EvaluationPoint, indices: [usize; 2], total: bool, toward: &
     if depth > size {
         return Ok(depth);
     }
-    let seen = |position: &Vec3| {
+    let projected = |position: &Vec3| {
         (position - direction * position.dot(&direction)) / (1.0 - position.dot(&direction) * nearness)
     };
-    let across = (seen(&front) - seen(&behind)).norm();
+    let across = (projected(&front) - projected(&behind)).norm();
     let [near, far] = [behind, front].map(|position| 1.0 - (position.norm() + size) * nearness);
     let size = size / (near.min(far)).powi(2);
     if near.min(far) > 0.0 && across > 2.0 * size {
         return Ok(depth.max(across - size));
     }
-    let [(behind, first), (front, second)] = indices.map(|index| at.seen(index, &eye, slowness));
+    let [(behind, first), (front, second)] =
+        indices.map(|index| at.at_light_time(index, &viewpoint_position, slowness));
     let (centres, rotations) = ([&behind, &front], [&first, &second]);
+    interrupt.charge(Sighting::work(bodies), at.time)?;
     let sighting = Sighting { bodies, centres, rotations, direction: &direction, nearness };
     Ok(if total { sighting.overhang() } else { sighting.gap() })
 }

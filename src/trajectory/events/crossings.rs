@@ -50,9 +50,10 @@ impl Dense {
         first.at(0.0, &mut y);
         let (time, y) = (first.start(), &y);
         let point = EvaluationPoint { equations: &equations, time, y, zeros: &zeros, pieces: all };
-        let start =
-            |event: &mut Event| Ok(Crossings { at_start: event.condition.value(&point)?, times: Vec::new() });
-        let mut crossings = events.iter_mut().map(start).collect::<Result<Vec<_>>>()?;
+        let mut start = |event: &mut Event| {
+            Ok(Crossings { at_start: event.condition.value(&point, interrupt)?, times: Vec::new() })
+        };
+        let mut crossings = events.iter_mut().map(&mut start).collect::<Result<Vec<_>>>()?;
         let mut occurrences = Vec::new();
         let mut y = zeros.clone();
         last.at(1.0, &mut y);

@@ -52,14 +52,14 @@ impl Condition<'_> {
             for (kind, size) in [*length, *speed, *fraction, *spin].into_iter().enumerate() {
                 for axis in 0..3 {
                     by_state.push(central_difference(size, |change| {
-                        self.of_state(system, &moved(state, body, kind, axis, change), interrupt)
+                        self.value_at(system, &changed_state(state, body, kind, axis, change), interrupt)
                     })?);
                 }
             }
         }
         let [length, speed, _] = sizes[0];
         let by_time = central_difference(fraction * length / speed, |change| {
-            self.of_state(system, &State { time: state.time + change, ..state.clone() }, interrupt)
+            self.value_at(system, &State { time: state.time + change, ..state.clone() }, interrupt)
         })?;
         let by_parameters =
             parameters.iter().map(|p| self.by_parameter(*p, *fraction, system, state, interrupt));
@@ -108,7 +108,7 @@ impl Condition<'_> {
             Self::Escape { first, second, distance: limit } => {
                 let ratio = distance(first, second) / limit;
                 // The function is the smaller of a function of the energy and a function of the distance.
-                let by_energy = self.of_state(system, state, interrupt)? < ratio - 1.0;
+                let by_energy = self.value_at(system, state, interrupt)? < ratio - 1.0;
                 vec![(format!("distance of {name}"), if by_energy { 0.0 } else { -ratio / limit })]
             }
             Self::PlaneCrossing { body, reference, normal } => {
@@ -138,7 +138,7 @@ impl Condition<'_> {
                 parameter.moves_surface().is_some_and(|body| body == *first || body == *second)
             }
             Self::Escape { first, second, .. } => {
-                let mass = [*first, *second].into_iter().any(|body| parameter.of_mass(body) != 0.0);
+                let mass = [*first, *second].into_iter().any(|body| parameter.mass_derivative(body) != 0.0);
                 mass || parameter == Parameter::GravitationalConstant
             }
             Self::ClosestApproach { force } => parameter.moves_third_body(*force),
@@ -148,16 +148,16 @@ impl Condition<'_> {
             return Ok(0.0);
         }
         central_difference(fraction * parameter.size(system), |change| {
-            self.of_state(&parameter.changed(system, change)?, state, interrupt)
+            self.value_at(&parameter.changed(system, change)?, state, interrupt)
         })
     }
 
     /// Returns the value of the condition's function at a state.
-    fn of_state(&mut self, system: &System, state: &State, interrupt: &mut InterruptCheck) -> Result<f64> {
+    fn value_at(&mut self, system: &System, state: &State, interrupt: &mut InterruptCheck) -> Result<f64> {
         let (frame, y, zeros) = BarycentricFrame::new(system.layout(), &system.masses(), state);
         let equations = &system.dynamics(&frame, interrupt)?;
         let zeros = &vec![0.0; zeros.len()];
-        self.value(&EvaluationPoint { equations, time: state.time, y: &y, zeros, pieces: &[] })
+        self.value(&EvaluationPoint { equations, time: state.time, y: &y, zeros, pieces: &[] }, interrupt)
     }
 }
 
@@ -175,7 +175,7 @@ fn central_difference(size: f64, mut function: impl FnMut(f64) -> Result<f64>) -
 }
 
 /// Returns a state with a component of a body's position, velocity, rotation or spin changed (`kind` 0 to 3).
-fn moved(state: &State, body: usize, kind: usize, axis: usize, size: f64) -> State {
+fn changed_state(state: &State, body: usize, kind: usize, axis: usize, size: f64) -> State {
     let mut state = state.clone();
     let mut change = Vec3::zeros();
     change[axis] = size;

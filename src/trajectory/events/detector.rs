@@ -8,7 +8,7 @@ use crate::integrate::{POINTS, Segment, counts, sample_fractions, zeros};
 use crate::interrupt::InterruptCheck;
 use crate::trajectory::approach::Contact;
 
-/// A zero this close to a state that was given, as a fraction of the step, is that state itself and no event.
+/// A zero this close to a state that was set, as a fraction of the step, belongs to that state and is no event.
 const NO_EVENT_WITHIN: f64 = 1e-9;
 
 /// The units of work of searching a piece for one event.
@@ -18,20 +18,21 @@ const SCAN: u64 = 200;
 pub(crate) struct EventDetector {
     values: Vec<[f64; POINTS]>,
     /// Whether the last values are those at the start of the next piece.
-    begun: bool,
-    /// Whether the next piece starts from a state that was given, and not from one that a step has reached.
-    starts_from_given: bool,
+    has_values: bool,
+    /// Whether the next piece starts from a state that was set, and not from one that a step has reached.
+    state_was_set: bool,
     y: Vec<f64>,
     /// The vector at the start of the piece after the present one.
     next: Vec<f64>,
     zeros: Vec<f64>,
-    zeros_found: Vec<(f64, usize)>,
+    /// The fractions of the present piece at which events occur, with the indices of the events.
+    event_zeros: Vec<(f64, usize)>,
 }
 
 impl EventDetector {
-    /// Returns an error for events that the system cannot have. `starts_from_given` says whether the run
-    /// starts from a state that was given.
-    pub fn new(equations: &Dynamics, events: &[Event], starts_from_given: bool) -> Result<Self> {
+    /// Returns an error for events that the system cannot have. `state_was_set` says whether the run
+    /// starts from a state that was set.
+    pub fn new(equations: &Dynamics, events: &[Event], state_was_set: bool) -> Result<Self> {
         for event in events {
             event.condition.check(equations)?;
             let name = event.condition.name();
@@ -49,12 +50,12 @@ impl EventDetector {
         let dimension = equations.layout().dimension();
         Ok(Self {
             values: vec![[0.0; POINTS]; events.len()],
-            begun: false,
-            starts_from_given,
+            has_values: false,
+            state_was_set,
             y: vec![0.0; dimension],
             next: vec![0.0; dimension],
             zeros: vec![0.0; dimension],
-            zeros_found: Vec::new(),
+            event_zeros: Vec::new(),
         })
     }
 
@@ -82,8 +83,8 @@ impl EventDetector {
             interrupt.charge(work, piece.start())?;
             let mut next = std::mem::take(&mut self.next);
             next.resize(end.1.len(), 0.0);
-            let here = contact.filter(|contact| contact.piece == k);
-            let after = match (here, pieces.get(k + 1)) {
+            let touch = contact.filter(|contact| contact.piece == k);
+            let piece_end = match (touch, pieces.get(k + 1)) {
                 (Some(contact), _) => {
                     piece.at(contact.theta, &mut next);
                     (contact.time, next.as_slice())
@@ -94,30 +95,33 @@ impl EventDetector {
                 }
                 (None, None) => end,
             };
-            let stop = self.scan_piece(equations, (piece, known_pieces), after, here, events, out)?;
+            let piece = (piece, known_pieces);
+            let stop = self.scan_piece(equations, piece, piece_end, touch, events, out, interrupt)?;
             self.next = next;
-            if stop.is_some() || here.is_some() {
+            if stop.is_some() || touch.is_some() {
                 return Ok(stop);
             }
         }
         Ok(None)
     }
 
+    /// Appends the events within one piece; see [`Self::scan`].
     #[allow(clippy::too_many_arguments)]
     fn scan_piece(
         &mut self,
         equations: &Dynamics,
         (piece, known_pieces): (&Segment, &[Segment]),
-        after: (f64, &[f64]),
+        piece_end: (f64, &[f64]),
         contact: Option<Contact>,
         events: &mut [Event],
         out: &mut Vec<Occurrence>,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Option<(usize, f64)>> {
         let fractions = sample_fractions(contact.map_or(1.0, |contact| contact.theta));
-        self.sample(equations, (piece, known_pieces), &fractions, after, events)?;
-        self.find(equations, (piece, known_pieces), &fractions, contact, events)?;
-        (self.begun, self.starts_from_given) = (true, false);
-        for &(theta, index) in &self.zeros_found {
+        self.sample(equations, (piece, known_pieces), &fractions, piece_end, events, interrupt)?;
+        self.find_zeros(equations, (piece, known_pieces), &fractions, contact, events, interrupt)?;
+        (self.has_values, self.state_was_set) = (true, false);
+        for &(theta, index) in &self.event_zeros {
             piece.at(theta, &mut self.y);
             let time = piece.time_at(theta);
             out.push(Occurrence {
@@ -134,48 +138,50 @@ impl EventDetector {
     }
 
     /// Evaluates the functions at fractions of a piece; at the last fraction they are evaluated at the time
-    /// and vector `after`.
+    /// and vector `piece_end`.
     fn sample(
         &mut self,
         equations: &Dynamics,
         (piece, pieces): (&Segment, &[Segment]),
         fractions: &[f64; POINTS],
-        after: (f64, &[f64]),
+        piece_end: (f64, &[f64]),
         events: &mut [Event],
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         for values in &mut self.values {
             values[0] = values[POINTS - 1];
         }
-        for k in usize::from(self.begun)..POINTS {
+        for k in usize::from(self.has_values)..POINTS {
             let (time, y) = if k == POINTS - 1 {
-                after
+                piece_end
             } else {
                 piece.at(fractions[k], &mut self.y);
                 (piece.time_at(fractions[k]), self.y.as_slice())
             };
             let point = EvaluationPoint { equations, time, y, zeros: &self.zeros, pieces };
             for (event, values) in events.iter_mut().zip(&mut self.values) {
-                values[k] = checked(event, &point)?;
+                values[k] = checked(event, &point, interrupt)?;
             }
         }
         Ok(())
     }
 
     /// Finds the zeros that count between the samples of a piece, in the order of the run.
-    fn find(
+    fn find_zeros(
         &mut self,
         equations: &Dynamics,
         (piece, pieces): (&Segment, &[Segment]),
         fractions: &[f64; POINTS],
         contact: Option<Contact>,
         events: &mut [Event],
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let Self { values, starts_from_given, y, zeros: low, zeros_found, .. } = self;
+        let Self { values, state_was_set, y, zeros: low, event_zeros, .. } = self;
         let (end, forward) = (fractions[POINTS - 1], piece.size() > 0.0);
-        zeros_found.clear();
+        event_zeros.clear();
         let mut take = |theta: f64, index: usize| {
-            if !*starts_from_given || theta > NO_EVENT_WITHIN {
-                zeros_found.push((theta, index));
+            if !*state_was_set || theta > NO_EVENT_WITHIN {
+                event_zeros.push((theta, index));
             }
         };
         for (index, (event, values)) in events.iter_mut().zip(values).enumerate() {
@@ -193,12 +199,12 @@ impl EventDetector {
             let f = |theta: f64| {
                 piece.at(theta, y);
                 let time = piece.time_at(theta);
-                checked(event, &EvaluationPoint { equations, time, y, zeros: low, pieces })
+                checked(event, &EvaluationPoint { equations, time, y, zeros: low, pieces }, interrupt)
             };
             let accepts = |rises: bool| counts(direction, rises == forward);
             zeros(fractions, values, steepness, f, accepts, |theta, _| take(theta, index))?;
         }
-        self.zeros_found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        self.event_zeros.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(())
     }
 
@@ -208,8 +214,9 @@ impl EventDetector {
     }
 }
 
-fn checked(event: &mut Event, point: &EvaluationPoint) -> Result<f64> {
-    let value = event.condition.value(point)?;
+/// Evaluates the function of an event, or returns an error for a value that is not a number.
+fn checked(event: &mut Event, point: &EvaluationPoint, interrupt: &mut InterruptCheck) -> Result<f64> {
+    let value = event.condition.value(point, interrupt)?;
     if value.is_finite() {
         return Ok(value);
     }

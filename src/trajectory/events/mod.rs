@@ -6,7 +6,7 @@ mod derivatives;
 mod detector;
 mod sighting;
 
-pub use condition::{Condition, StateFunction, Toward};
+pub use condition::{Condition, StateFunction, Viewpoint};
 pub use crossings::Crossings;
 pub use derivatives::ConditionDerivatives;
 pub(super) use detector::EventDetector;

@@ -1,4 +1,4 @@
-//! Outlines of bodies seen from a point: how far two are apart, and whether one is inside another.
+//! Outlines of bodies seen from a point: the distance of two outlines, and whether one is inside the other.
 //!
 //! The observer is at the distance D along a unit vector u. A position x is seen in the same direction as the
 //! position x / (1 - x.u / D) would be seen from infinity along u. This map takes lines to lines, and an
@@ -48,6 +48,17 @@ pub(super) struct Sighting<'a> {
 }
 
 impl Sighting<'_> {
+    /// Returns the units of work of [`Self::gap`] and [`Self::overhang`] for two bodies.
+    pub fn work(bodies: [&Body; 2]) -> u64 {
+        let vertices = |part: &Part| match &part.shape {
+            Shape::Polyhedron(polyhedron) => polyhedron.vertices().count() as u64,
+            _ => 1,
+        };
+        let [behind, front] = bodies.map(|body| body.outer_parts().count() as u64);
+        let vertices = bodies.map(|body| body.outer_parts().map(vertices).sum::<u64>());
+        8 * (front * vertices[0] + behind * vertices[1])
+    }
+
     /// Returns the distance of the outlines: negative where they overlap and the second body is in front. For
     /// bodies of several parts it is the least one of two parts.
     pub fn gap(&self) -> f64 {
@@ -142,9 +153,9 @@ impl<'a> PartOutline<'a> {
     }
 
     /// Returns how far the outline reaches from its centre along a unit vector.
-    fn reach(&self, n: Vec2) -> f64 {
+    fn support(&self, n: Vec2) -> f64 {
         match &self.form {
-            OutlineForm::Ellipse(axes) => reach(axes, n),
+            OutlineForm::Ellipse(axes) => ellipse_support(axes, n),
             OutlineForm::Polygon(corners) => {
                 corners.iter().map(|c| c.dot(&n)).fold(f64::NEG_INFINITY, f64::max)
             }
@@ -155,7 +166,7 @@ impl<'a> PartOutline<'a> {
 /// Returns the distance of two outlines; negative where they overlap.
 fn gap(a: &PartOutline, b: &PartOutline) -> f64 {
     let r = b.centre_in_plane - a.centre_in_plane;
-    let along = |n: Vec2| n.dot(&r) - a.reach(n) - b.reach(-n);
+    let along = |n: Vec2| n.dot(&r) - a.support(n) - b.support(-n);
     match (&a.form, &b.form) {
         (OutlineForm::Ellipse(p), OutlineForm::Ellipse(q)) => along(unit(common_normal(p, q, r), r)),
         (OutlineForm::Ellipse(_), OutlineForm::Polygon(_)) => gap(b, a),
@@ -164,8 +175,8 @@ fn gap(a: &PartOutline, b: &PartOutline) -> f64 {
                 let [v, w] = [v, w].map(|v| v.dot(&conjugate(q, v)));
                 v.total_cmp(&w)
             });
-            let beside = nearest.map(|way| unit(conjugate(q, &way), r));
-            sides(p).chain(beside).map(along).fold(f64::NEG_INFINITY, f64::max)
+            let corner_normal = nearest.map(|offset| unit(conjugate(q, &offset), r));
+            sides(p).chain(corner_normal).map(along).fold(f64::NEG_INFINITY, f64::max)
         }
         (OutlineForm::Polygon(p), OutlineForm::Polygon(q)) => {
             sides(p).chain(sides(q).map(|n| -n)).map(along).fold(f64::NEG_INFINITY, f64::max)
@@ -176,7 +187,7 @@ fn gap(a: &PartOutline, b: &PartOutline) -> f64 {
 /// Returns how far the outline `a` extends beyond the outline `b`; negative where it is inside.
 fn overhang(a: &PartOutline, b: &PartOutline) -> f64 {
     let r = a.centre_in_plane - b.centre_in_plane;
-    let along = |n: Vec2| n.dot(&r) + a.reach(n) - b.reach(n);
+    let along = |n: Vec2| n.dot(&r) + a.support(n) - b.support(n);
     match (&a.form, &b.form) {
         (OutlineForm::Ellipse(p), OutlineForm::Ellipse(q)) => along(unit(farthest(p, q, r), r)),
         (OutlineForm::Polygon(p), OutlineForm::Ellipse(q)) => {
@@ -188,7 +199,7 @@ fn overhang(a: &PartOutline, b: &PartOutline) -> f64 {
 }
 
 /// Returns how far an ellipse reaches from its centre along a unit vector.
-fn reach([x, y]: &[Vec3; 2], n: Vec2) -> f64 {
+fn ellipse_support([x, y]: &[Vec3; 2], n: Vec2) -> f64 {
     (x * n.x + y * n.y).norm()
 }
 
@@ -244,7 +255,7 @@ fn common_normal(a: &[Vec3; 2], b: &[Vec3; 2], r: Vec2) -> Vec2 {
     // ln(h_A / h_B) - u falls through zero.
     let (mut low, mut high) = (-END, END);
     let mut n = at(0.0);
-    let logarithm_error = |n: Vec2, u: f64| (reach(a, n) / reach(b, n)).ln() - u;
+    let logarithm_error = |n: Vec2, u: f64| (ellipse_support(a, n) / ellipse_support(b, n)).ln() - u;
     let (mut u, mut value) = (0.0, logarithm_error(n, 0.0));
     let mut next = value;
     for _ in 0..60 {

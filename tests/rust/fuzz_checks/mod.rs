@@ -27,7 +27,7 @@ fn replay(target: &str, check: impl Fn(&[u8])) {
 }
 
 #[test]
-fn corpora() {
+fn corpora_pass() {
     replay("archive", archive::check);
     replay("pairs", pairs::check);
 }
@@ -49,9 +49,9 @@ fn archives() -> Vec<Vec<u8>> {
 }
 
 #[test]
-fn damaged_archives() {
+fn damaged_archives_are_refused() {
     let archives = archives();
-    // The way to the corpus of a new format.
+    // With KEEP set, writes the corpus of a new format.
     if std::env::var_os("KEEP").is_some() {
         for (k, bytes) in archives.iter().enumerate() {
             std::fs::write(format!("{}/sound-{k:02}.bin", corpus("archive")), bytes).unwrap();
@@ -76,12 +76,12 @@ proptest! {
     #![proptest_config(cases(300))]
 
     #[test]
-    fn no_archives(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+    fn random_bytes_are_no_archive(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         archive::check(&bytes);
     }
 
     #[test]
-    fn any_pair(bytes in prop::collection::vec(any::<u8>(), 70)) {
+    fn random_pairs_pass(bytes in prop::collection::vec(any::<u8>(), 70)) {
         pairs::check(&bytes);
     }
 }

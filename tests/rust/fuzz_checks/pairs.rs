@@ -6,7 +6,7 @@ use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3, rotation};
 use fullbody::mutual::{Interaction, Method, Pair, PartGravity, Pose};
-use fullbody::shape::{Shape, contact_function};
+use fullbody::shape::{Shape, growth};
 use std::sync::Arc;
 
 /// The largest difference of two methods with a tolerance of 1e-14, relative to the force, and for a torque
@@ -61,11 +61,14 @@ pub fn check(bytes: &[u8]) {
     let [first, second] = [input.turn(), input.turn()];
     let direction = input.turn() * Vec3::x();
     let gap = 10f64.powf(9.0 * input.unit() - 3.0);
-    let contact_value = match &shapes {
+    let growth = match &shapes {
         [Shape::Point, Shape::Point] => 1.0,
-        [a, b] => contact_function(a, b, &direction, &first, &second),
+        [a, b] => {
+            let mut interrupt = InterruptCheck::never();
+            growth([a, b], &direction, [&first, &second], 0.0, &mut interrupt).expect("no hook").factor
+        }
     };
-    let separation = direction * ((1.0 + gap) / contact_value.sqrt());
+    let separation = direction * ((1.0 + gap) / growth);
     let pose = Pose { separation, rotation_first: first, rotation_second: second };
     let back = Pose { separation: -separation, rotation_first: second, rotation_second: first };
     let radii = shapes.each_ref().map(Shape::circumradius);

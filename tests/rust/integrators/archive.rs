@@ -41,7 +41,7 @@ fn resumed_equals_unbroken() {
 
 /// A run goes on bit for bit from its middle too, as an autosave from the hook sees it.
 #[test]
-fn resumed_mid_run() {
+fn a_run_resumed_from_its_middle_is_the_same() {
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut unbroken = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
     let mut saved = unbroken.clone();
@@ -99,7 +99,7 @@ fn another_format_is_refused_by_its_number() {
 
 /// A file of the present format is read, so that the format cannot change unseen.
 #[test]
-fn reads_its_format() {
+fn an_archive_of_the_present_format_is_read() {
     let simulation = read(&data("simulation.bin")).unwrap();
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut again = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
@@ -130,7 +130,7 @@ fn a_written_file_is_read() {
 
 /// Every number of the description stands once in an archive, as text: nothing can disagree with it.
 #[test]
-fn one_description() {
+fn archives_hold_each_number_of_the_description_once() {
     let shape = Shape::ellipsoid([0.41, 0.352, 0.3003]).unwrap();
     let bodies = vec![
         Body::with_mass("A", shape, 0.80001).unwrap(),

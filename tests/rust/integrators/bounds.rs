@@ -13,7 +13,7 @@ static PAIRS: [&LazyLock<Tableau>; 5] = [&DORMAND_PRINCE54, &VERNER65, &VERNER76
 
 /// The interpolant and its stages bend from the chord as far as the tableau's sums say.
 #[test]
-fn spread() {
+fn interpolants_stay_within_the_spread_of_the_tableau() {
     for pair in PAIRS {
         let stages = pair.a.len();
         let a = |i: usize, j: usize| pair.a[i].get(j).copied().unwrap_or(0.0);
@@ -58,7 +58,7 @@ fn spread() {
 /// Derivatives of a step's polynomial, by differences, stay within their bounds; single numbers are those of
 /// the vector.
 #[test]
-fn rates() {
+fn derivatives_of_segments_stay_within_their_bounds() {
     for pair in PAIRS {
         let tolerance = Tolerance::new(1e-4, 1e-4).unwrap();
         let mut stepper = Stepper::new(pair, tolerance, 0.3, Kepler::exact(0.6, 0.3).to_vec(), vec![0.0; 4]);

@@ -3,7 +3,7 @@
 
 use super::systems::*;
 use crate::polyhedron::cuboid;
-use crate::support::{cases, direction, semi_axes};
+use crate::support::{cases, contact_function, direction, semi_axes};
 use fullbody::dynamics::{AttitudeChart, Settings, State, System};
 use fullbody::error::Error;
 use fullbody::integrate::{Scheme, Tolerance};
@@ -97,7 +97,7 @@ fn spheres_on_straight_lines() {
 
 /// Two spheres fall from rest under gravity, in steps of a hundredth to more than the whole of the fall.
 #[test]
-fn falling_spheres() {
+fn spheres_that_fall_touch_at_the_time_of_the_closed_form() {
     let system = system(&[sphere(0.2), sphere(0.1)], 0.5);
     let state = relative(Vec3::new(0.6, 0.0, 0.8), Vec3::zeros(), 0.5);
     // From distance 1 with mu = 1: t = (acos sqrt x + sqrt(x (1 - x))) / sqrt 2 at x = 0.3.
@@ -253,7 +253,7 @@ proptest! {
     /// Fast and slow passages of heavy spheres and ellipsoids: what is found without looking into the steps
     /// is what is found on the continuous solution, and where nothing is found that solution stays outside.
     #[test]
-    fn passages(
+    fn passages_are_judged_as_on_the_continuous_solution(
         aside in 0.0..4.0f64, speed in -1.0..1.5f64, g in -3.0..1.0f64, flat in 0.3..1.0f64,
         spin in direction(), which in 0..9usize, tolerance in 3.0..13.0f64, method in 0..3usize,
     ) {
@@ -286,7 +286,7 @@ proptest! {
             for k in 0..=400 {
                 let at = solution.state((from + (to - from) * f64::from(k) / 400.0).min(to)).unwrap();
                 let r = at.position()[1] - at.position()[0];
-                let square = fullbody::shape::contact_function(
+                let square = contact_function(
                     &shapes[0],
                     &shapes[1],
                     &r,
@@ -335,7 +335,7 @@ proptest! {
             let r = at.position()[1] - at.position()[0];
             let turns = [0, 1].map(|k| rotation::matrix(at.attitude()[k]));
             let never = &mut InterruptCheck::never();
-            Proximity::of([&bodies[0], &bodies[1]], &r, [&turns[0], &turns[1]], time, never).unwrap().factor
+            Proximity::compute([&bodies[0], &bodies[1]], &r, [&turns[0], &turns[1]], time, never).unwrap().factor
         };
         const COUNT: usize = 3000;
         let step = end / COUNT as f64;
@@ -378,7 +378,7 @@ fn the_first_of_three() {
 /// Events up to a contact are kept, and an event of the contact is at its time: a terminal one ends the run
 /// without an error.
 #[test]
-fn events_and_contact() {
+fn events_are_kept_up_to_the_contact() {
     let system = system(&[sphere(1.0), sphere(1.0)], 0.0);
     let contact = || Event::new(Condition::Contact { first: 1, second: 0 });
     let separation = |value| Event::new(Condition::Separation { first: 0, second: 1, value });
@@ -435,7 +435,7 @@ fn events_and_contact() {
 
 /// Two spheres that roll about each other in touch are not overlapping, nor is looking for it endless work.
 #[test]
-fn in_touch() {
+fn spheres_that_roll_in_touch_do_not_overlap() {
     let system = system(&[sphere(1.0), sphere(1.0)], 1.0);
     let state = relative(Vec3::new(2.0 * (1.0 + 1e-12), 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), 0.5);
     let mut simulation = Simulation::new(&system, &state, verner98(1e-14)).unwrap();

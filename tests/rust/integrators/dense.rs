@@ -10,7 +10,7 @@ use fullbody::trajectory::{Output, Simulation};
 /// Interpolated states against a run at a tolerance a hundred times tighter, in units of the tolerance, for
 /// every pair; the energy of interpolated states.
 #[test]
-fn interpolated_states() {
+fn interpolated_states_are_within_the_tolerance() {
     let (system, state) = tumbling(Method::Multipole(6), AttitudeChart::Quaternion);
     let times: Vec<f64> = (0..=400).map(|k| 0.05 * f64::from(k)).collect();
     for tolerance in [1e-8, 1e-12] {
@@ -79,7 +79,7 @@ fn output_does_not_disturb() {
 }
 
 #[test]
-fn range() {
+fn dense_output_covers_the_run_and_no_more() {
     let (system, state) = points(0.1);
     let mut simulation = Simulation::new(&system, &state, verner98(1e-10)).unwrap();
     let dense = integrate(&mut simulation, -2.0, &Output::Steps, true).dense.unwrap();
@@ -95,7 +95,7 @@ fn range() {
 
 /// The bridge's error between fixed steps is the integrator's own.
 #[test]
-fn between_fixed_steps() {
+fn states_between_fixed_steps_are_as_accurate_as_the_steps() {
     let (system, state) = tumbling(Method::Multipole(6), AttitudeChart::Quaternion);
     let tight = integrate(
         &mut Simulation::new(&system, &state, verner98(1e-14)).unwrap(),

@@ -29,7 +29,7 @@ fn apsides() -> [Event<'static>; 2] {
 
 /// Apsides of Kepler's orbit, forwards and backwards, by every integrator to its own accuracy.
 #[test]
-fn kepler_apsides() {
+fn apsides_are_at_the_times_of_keplers_orbit() {
     let (system, state) = points(0.3);
     for (integrator, accuracy) in
         all(1e-13, 0.05).into_iter().zip([2e-9, 1e-10, 1e-11, 1e-11, 1e-12, 0.1, 1e-11, 1e-11, 1e-11])
@@ -83,7 +83,7 @@ fn contact_of_falling_spheres() {
 /// Ellipsoids that slide past each other dip below a distance for less than a step; one that does not quite
 /// is no event.
 #[test]
-fn grazing() {
+fn dips_shorter_than_a_step_are_found() {
     let (system, state) = points(0.5);
     let tolerance = Tolerance::new(1e-6, 1e-6).unwrap();
     let integrator = Integrator::Verner98(tolerance);
@@ -125,7 +125,7 @@ fn grazing() {
 
 /// Surfaces of ellipsoids that graze: two contacts within a step, or one and a stop.
 #[test]
-fn grazing_contact() {
+fn grazing_contacts_within_a_step_are_found() {
     let shape = Shape::ellipsoid([0.3, 0.2, 0.1]).unwrap();
     let bodies = ["A", "B"].map(|name| Body::with_mass(name, shape.clone(), 1e-15).unwrap());
     let settings = Settings { gravity: Method::Point, ..Settings::default() };
@@ -176,7 +176,7 @@ fn a_terminal_event_leaves_the_past() {
 /// Several at once come in the order of time, whatever their place in the list, and after a terminal one
 /// there are none.
 #[test]
-fn order_of_time() {
+fn events_come_in_the_order_of_time() {
     let (system, state) = points(0.2);
     let at = |time: f64| Event::new(Condition::Function(Box::new(move |s: &State| Ok(s.time() - time))));
     let mut events =
@@ -193,7 +193,7 @@ fn order_of_time() {
 
 /// Nodes, escape and alignment are found on orbits where they are known.
 #[test]
-fn other_conditions() {
+fn nodes_escapes_and_alignments_are_found() {
     // A circular orbit through the x axis, inclined by 0.4: nodes every half period, rising ones every
     // period.
     let (system, _) = points(0.0);
@@ -240,7 +240,7 @@ fn other_conditions() {
 }
 
 #[test]
-fn refusals() {
+fn invalid_events_are_refused() {
     let (system, state) = points(0.2);
     let cases = [
         Event::new(Condition::Contact { first: 0, second: 2 }),

@@ -9,7 +9,7 @@ use fullbody::interrupt::{HOOK_INTERVAL, InterruptCheck, UNITS};
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Method, Pair, PartGravity, Pose};
-use fullbody::shape::{Body, InputPart, Polyhedron, Proximity, Shape};
+use fullbody::shape::{Body, InputPart, Polyhedron, Proximity, Shape, gap_between};
 use fullbody::trajectory::{
     Condition, Event, Integrator, Output, Run, Simulation, StopReason, TangentOptions, Trajectory,
 };
@@ -73,7 +73,7 @@ fn lattice(count: usize, shape: Shape) -> (System, State) {
 
 /// Very many bodies: of one state, in the making of a simulation, and within one evaluation of their forces.
 #[test]
-fn many_bodies() {
+fn forces_of_many_bodies_are_interrupted() {
     let (system, state) = lattice(60, Shape::sphere(1.0).unwrap());
     assert_eq!(interrupted(impatient(|interrupt| system.interactions_with(&state, interrupt))), 2.5);
     interrupted(impatient(|interrupt| system.energy_with(&state, interrupt)));
@@ -114,7 +114,7 @@ fn many_bodies_of_an_archive() {
 
 /// Two bodies so close that their rule is found by comparing some with ten thousands of nodes.
 #[test]
-fn comparing_rules() {
+fn comparisons_of_rules_are_interrupted() {
     let (system, state) = lattice(2, Shape::ellipsoid([1.0, 0.9, 0.05]).unwrap());
     let state = replaced(state, |[position, ..]| position[1] = Vec3::new(0.0, 0.0, 0.1 + 1e-4));
     let counted = |outcome: Result<()>| assert_eq!(interrupted(outcome), 2.5);
@@ -264,10 +264,20 @@ fn overlap_of_many_parts() {
     let turn = Mat3::identity();
     let separation = Vec3::new(0.0, 0.0, 0.81);
     let meet = |interrupt: &mut InterruptCheck| {
-        Proximity::of([&first, &second], &separation, [&turn, &turn], 2.5, interrupt)
+        Proximity::compute([&first, &second], &separation, [&turn, &turn], 2.5, interrupt)
     };
     assert!(!meet(&mut InterruptCheck::never()).unwrap().overlap);
     assert_eq!(interrupted(impatient(meet)), 2.5);
+}
+
+#[test]
+fn overlap_of_two_large_polyhedra_is_interrupted() {
+    let shape = Shape::Polyhedron(cube(4));
+    let gap = |interrupt: &mut InterruptCheck| {
+        gap_between([&shape; 2], &Vec3::new(0.5, 0.3, 0.2), [&Mat3::identity(); 2], 2.5, interrupt)
+    };
+    assert!(gap(&mut InterruptCheck::never()).unwrap().unwrap() < 0.0);
+    assert_eq!(interrupted(impatient(gap)), 2.5);
 }
 
 /// The moments of a large mesh are computed once, when they are first needed.
@@ -302,7 +312,7 @@ fn reading_a_large_polyhedron() {
 
 /// Whether bodies have met in a step is asked of every pair: of 51,040 spheres, and of no points.
 #[test]
-fn watching_for_contact() {
+fn the_watch_for_contacts_is_interrupted() {
     let looks = |shape| {
         let (system, state) = lattice(320, shape);
         let integrator = Integrator::LieGroupVariational { step: 1e-3 };
@@ -376,7 +386,7 @@ impl Equations for Refusing {
 }
 
 #[test]
-fn endless_rejections() {
+fn endless_rejections_are_interrupted() {
     let tolerance = Tolerance::new(1e-9, 1e-9).unwrap();
     let mut stepper = Stepper::new(&VERNER98, tolerance, 0.0, vec![1.0], vec![0.0]);
     interrupted(impatient(|interrupt| stepper.step(&mut Refusing { evaluations: 0 }, 1.0, interrupt)));
@@ -428,7 +438,7 @@ fn the_inside_of_a_fixed_step() {
 /// A body that turns too far in a step for the free rotation is refused with the numbers, and the step that
 /// is advised does.
 #[test]
-fn steps_too_long_for_a_rotor() {
+fn steps_too_long_for_a_rotor_are_refused_with_advice() {
     let bodies = |name: &str, axes| Body::with_mass(name, Shape::ellipsoid(axes).unwrap(), 1.0).unwrap();
     let spinner = bodies("Spinner", [1.0, 0.8, 0.6]);
     let system =
@@ -447,7 +457,7 @@ fn steps_too_long_for_a_rotor() {
         let message = step(0.5).unwrap_err().to_string();
         println!("{message}");
         assert!(
-            message.contains("Spinner turns by") && message.contains("use a step of at most "),
+            message.contains("Spinner rotates by") && message.contains("use a step of at most "),
             "{message}"
         );
         let advised: f64 = message.rsplit(' ').next().unwrap().parse().unwrap();
@@ -458,7 +468,7 @@ fn steps_too_long_for_a_rotor() {
 
 /// Samples without end, and events in pieces without end.
 #[test]
-fn samples_and_events() {
+fn samples_and_events_are_interrupted() {
     let (system, state) = points(0.3);
     for output in [Output::Spacing(1.1e-8), Output::Steps] {
         let mut simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();

@@ -42,7 +42,7 @@ fn check(pair: &Tableau, order: u32, measured: f64) {
 }
 
 #[test]
-fn both_weights() {
+fn both_weights_have_their_orders() {
     for pair in PAIRS {
         for (weights, order) in [(&pair.b, pair.order), (&pair.b_hat, pair.error_order)] {
             let error = |t: f64, h: f64| distance(&step(pair, weights, t, h), &Kepler::exact(E, t + h));
@@ -56,7 +56,7 @@ fn both_weights() {
 }
 
 #[test]
-fn interpolants() {
+fn interpolants_have_their_orders() {
     for pair in PAIRS {
         let error = |t: f64, h: f64| {
             let tolerance = Tolerance::new(0.99, 0.0).unwrap();

@@ -8,7 +8,7 @@ use std::convert::Infallible;
 type Problem = (fn(f64) -> f64, [f64; 2], f64, usize);
 
 #[test]
-fn roots() {
+fn roots_are_found_to_rounding() {
     let problems: [Problem; 14] = [
         (|x| x * x * x - 2.0, [0.0, 2.0], 1.259_921_049_894_873_2, 9),
         (|x| x.cos() - x, [0.0, 1.0], 0.739_085_133_215_160_6, 8),
@@ -43,7 +43,7 @@ fn roots() {
 }
 
 #[test]
-fn minima() {
+fn minima_are_found() {
     // Half the digits of the place are all of a value that is flat there; elsewhere a place good to 2e-9
     // makes the last column.
     let problems: [(Problem, f64); 10] = [
@@ -85,7 +85,7 @@ fn minima() {
 
 /// An error of the function is passed on.
 #[test]
-fn errors() {
+fn errors_of_the_function_are_returned() {
     assert_eq!(root(|_| Err("no"), (0.0, -1.0), (1.0, 1.0)), Err("no"));
     assert_eq!(extremum(|_| Err("no"), 0.0, 1.0), Err("no"));
 }

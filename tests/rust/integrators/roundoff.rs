@@ -103,7 +103,7 @@ fn check(tableau: &'static Tableau, tolerance: Tolerance, eccentricity: f64) {
 }
 
 #[test]
-fn brouwers_law() {
+fn round_off_follows_brouwers_law() {
     let tolerance = Tolerance::new(1e-17, 0.0).unwrap();
     assert_eq!(tolerance.relative(), Tolerance::FLOOR);
     check(&VERNER98, tolerance, 0.1);

@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 /// Two points fall onto each other: the steps shrink until they no longer advance the time, at pi sqrt(d^3 /
 /// (8 mu)).
 #[test]
-fn singularity() {
+fn steps_end_at_a_singularity() {
     let (system, _) = points(0.0);
     let d: f64 = 1.7;
     let state = relative(Vec3::new(0.0, d, 0.0), Vec3::zeros(), 0.3);
@@ -54,7 +54,7 @@ fn ends_a_rounding_away() {
 
 /// Accepted steps allocate nothing once the rules are there.
 #[test]
-fn no_allocation() {
+fn steps_allocate_nothing() {
     let multipole = tumbling(Method::Multipole(6), AttitudeChart::Quaternion);
     let angles = tumbling(Method::Multipole(2), AttitudeChart::TaitBryan);
     let (focal, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
@@ -77,7 +77,7 @@ fn no_allocation() {
 
 /// Fixed steps end where they are asked to, and count what they evaluate.
 #[test]
-fn fixed_steps() {
+fn fixed_steps_have_their_size() {
     let (system, state) = tumbling(Method::Multipole(2), AttitudeChart::Quaternion);
     let cases = [
         (Integrator::LieGroupVariational { step: 0.1 }, 1, 1),

@@ -39,7 +39,7 @@ fn jacobi(u: f64, m: f64) -> (f64, f64, f64) {
 /// Euler's top against Jacobi's functions (Landau & Lifshitz, Mechanics, section 37), its angular momentum in
 /// space, and a reversed turn.
 #[test]
-fn free_top() {
+fn free_tops_follow_jacobis_functions() {
     let inertia = Vec3::new(1.0, 1.7, 2.4);
     // L^2 > 2 E I_2: about the axis of the largest moment; starting where the second component is zero.
     let start = Vec3::new(0.6, 0.0, 1.1);
@@ -71,7 +71,7 @@ fn free_top() {
 /// A needle that tumbles end over end, against Jacobi's functions: no more pieces than its own turning takes,
 /// where its angular momentum over its smallest moment is a turn of millions of rad.
 #[test]
-fn needle() {
+fn a_needle_that_tumbles_follows_jacobis_functions() {
     let [a, b, c] = [1.0, 1.2e-3, 1e-3_f64];
     let inertia = Vec3::new(b * b + c * c, c * c + a * a, a * a + b * b) / 5.0;
     let start = Vec3::new(0.3, 0.0, 1.1);
@@ -103,7 +103,7 @@ proptest! {
 
     /// The spin of a free body never exceeds its bound, and for some bodies comes near it.
     #[test]
-    fn farthest_turns(axes in semi_axes(1e-3), along in direction()) {
+    fn the_spin_stays_below_its_bound(axes in semi_axes(1e-3), along in direction()) {
         let [a, b, c] = axes;
         let inertia = Vec3::new(b * b + c * c, c * c + a * a, a * a + b * b) / 5.0;
         let (mut spin, mut q) = (along, [1.0, 0.0, 0.0, 0.0]);
@@ -121,7 +121,7 @@ proptest! {
 /// The symmetric top's two rotations against the closed form of a body that differs from it by little, for
 /// every axis and kind, and for more than a whole turn.
 #[test]
-fn symmetric_top() {
+fn symmetric_tops_agree_with_nearly_symmetric_ones() {
     for axis in 0..3 {
         for (along, across) in [(2.0, 1.2), (0.7, 1.2), (1.2, 1.2)] {
             let mut inertia = Vec3::repeat(across);
@@ -143,7 +143,7 @@ fn symmetric_top() {
 
 /// A body that does not turn stays as it is, and so does one in no time.
 #[test]
-fn top_at_rest() {
+fn a_top_at_rest_stays() {
     let (spin, q) = (Vec3::new(0.4, -0.3, 0.8), [0.5, 0.5, -0.5, 0.5]);
     for inertia in [Vec3::new(1.0, 1.7, 2.4), Vec3::new(1.0, 1.0, 2.4), Vec3::zeros()] {
         for (spin, time) in [(Vec3::zeros(), 1.3), (spin, 0.0)] {
@@ -201,7 +201,7 @@ fn tops_side_by_side() {
 /// The discrete rotation keeps the angular momentum in space to round-off, undoes itself, and is of second
 /// order.
 #[test]
-fn discrete_top() {
+fn the_discrete_top_keeps_angular_momentum() {
     let (inertia, spin) = (Vec3::new(1.0, 1.7, 2.4), Vec3::new(0.6, 0.2, 1.1));
     let q = [1.0, 0.0, 0.0, 0.0];
     let add = |q: [f64; 4], d: [f64; 4]| std::array::from_fn(|k| q[k] + d[k]);
@@ -224,7 +224,7 @@ fn discrete_top() {
 
 /// Kepler motion of every kind is that of the elements.
 #[test]
-fn kepler_motion() {
+fn kepler_motion_is_that_of_the_elements() {
     use fullbody::orbit::KeplerElements;
     let mu = 1.3;
     for (a, e, m0) in [(1.0, 0.0, 0.1), (2.0, 0.3, -1.0), (0.8, 0.95, 0.02), (-1.5, 1.4, -0.7)] {
@@ -287,7 +287,7 @@ fn splitting(step: f64, scheme: Scheme) -> Integrator {
 /// Measured orders against a tight run: two for leapfrog and the variational integrator; the others fall at
 /// least as fast as their fourth order, and with the square of how little the bodies differ from points.
 #[test]
-fn orders() {
+fn integrators_have_their_orders() {
     for (system, state) in [tumbling(Method::Multipole(4), AttitudeChart::Quaternion), triple()] {
         let mut tight = Simulation::new(&system, &state, verner98(1e-14)).unwrap();
         integrate(&mut tight, 4.0, &Output::Times(vec![]), false);
@@ -314,7 +314,7 @@ fn orders() {
 
 /// Errors of ABA(8,6,4) for A + epsilon B: the first power of epsilon comes with the eighth of the step.
 #[test]
-fn near_integrable() {
+fn the_error_is_of_eighth_order_in_near_integrable_problems() {
     use fullbody::integrate::Flows;
     /// A pendulum-like problem in two flows: a rotation by the harmonic oscillator, and kicks of size
     /// epsilon.
@@ -362,7 +362,7 @@ fn near_integrable() {
 
 /// A run back returns to the start to round-off. And the step's end does not depend on how it is reached.
 #[test]
-fn reversal() {
+fn runs_back_return_to_the_start() {
     for (system, state) in [tumbling(Method::Focal, AttitudeChart::Quaternion), triple()] {
         for integrator in all(1e-13, 0.05).into_iter().skip(4) {
             let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
@@ -379,7 +379,7 @@ fn reversal() {
 /// The energy's error in the last quarter of a run of 180 orbits is that of the first quarter, up to the
 /// orbit's slow changes; a drift would make it seven times as large.
 #[test]
-fn no_drift() {
+fn the_energy_does_not_drift() {
     let (system, state) = tumbling(Method::Multipole(2), AttitudeChart::Quaternion);
     for integrator in all(1e-9, 0.1).into_iter().skip(5) {
         let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
@@ -402,7 +402,7 @@ fn no_drift() {
 }
 
 #[test]
-fn refusals() {
+fn invalid_integrators_are_refused() {
     let (system, state) = tumbling(Method::Point, AttitudeChart::TaitBryan);
     for integrator in all(1e-9, 0.1).into_iter().skip(5) {
         let refused = Simulation::new(&system, &state, integrator);

@@ -74,7 +74,7 @@ fn every_number_is_the_nearest_double() {
 /// A stage's coefficients add up to its place, and the weights to one: to 22 decimals, for coefficients of up
 /// to a hundred.
 #[test]
-fn rows_add_up() {
+fn rows_of_tableaux_sum_to_their_nodes() {
     let allowed = 10_i128.pow(DECIMALS as u32 - 22);
     for (pair, file) in PAIRS {
         let places = &rows(file, "c")[0];

@@ -10,6 +10,7 @@ use fullbody::interrupt::InterruptCheck;
 use fullbody::math::{Vec3, rotation};
 use fullbody::photometry::{Hapke, Law, Photometer, Surface, View};
 use fullbody::shape::{Body, Shape};
+use std::f64::consts::PI;
 
 const LAWS: [Law; 2] = [Law::LOMMEL_SEELIGER, Law::LAMBERT];
 
@@ -183,6 +184,73 @@ fn ellipsoid_beside_a_polyhedron_loses_what_it_loses_to_an_ellipsoid() {
             "{found} {expected} {alone}"
         );
     }
+}
+
+/// Returns the light of an ellipsoid in the axes' frame and its first moments, summed over its surface.
+fn surface_sums(axes: [f64; 3], directions: [Vec3; 2], law: impl Fn(f64, f64) -> f64) -> (f64, Vec3) {
+    const COUNT: usize = 400;
+    let axes = Vec3::from(axes);
+    let (mut light, mut moment) = (0.0, Vec3::zeros());
+    for i in 0..COUNT {
+        let z = (2 * i + 1) as f64 / COUNT as f64 - 1.0;
+        for k in 0..2 * COUNT {
+            let (sin, cos) = (PI * (k as f64 + 0.5) / COUNT as f64).sin_cos();
+            let u = Vec3::new((1.0 - z * z).sqrt() * cos, (1.0 - z * z).sqrt() * sin, z);
+            // The area of an element of the sphere, stretched, and its normal.
+            let area = u.component_div(&axes) * axes.product() * (2.0 * PI / (COUNT * COUNT) as f64);
+            let [mu, mu0] = directions.map(|direction| direction.dot(&area.normalize()));
+            if mu > 0.0 && mu0 > 0.0 {
+                let share = law(mu, mu0) * area.norm();
+                light += share;
+                moment += u.component_mul(&axes) * share;
+            }
+        }
+    }
+    (light, moment)
+}
+
+#[test]
+fn first_moments_are_sums_over_the_surface() {
+    let axes = [1.0, 0.8, 0.6];
+    let directions = [Vec3::new(0.6, 0.48, 0.64), Vec3::new(-0.36, 0.8, 0.48)];
+    let pair = Pair {
+        axes: [axes; 2],
+        position: vec![Vec3::zeros(), Vec3::new(50.0, 0.0, 0.0)],
+        attitude: vec![[1.0, 0.0, 0.0, 0.0]; 2],
+        to_observer: directions[0],
+        to_sun: directions[1],
+    };
+    for law in LAWS {
+        let function = |mu: f64, mu0: f64| mu * mu0 / if law == Law::LAMBERT { 1.0 } else { mu + mu0 };
+        let photometer = pair.photometer(law, false);
+        let (light, moment) = photometer.moments_in(&[pair.view()], &mut InterruptCheck::never()).unwrap()[0];
+        let (expected, sums) = surface_sums(axes, directions, function);
+        assert!((light - expected).abs() < 1e-4 * expected, "{law:?}: {light} {expected}");
+        assert!((moment - sums).norm() < 1e-4 * expected, "{law:?}: {moment} {sums}");
+    }
+}
+
+#[test]
+fn first_moments_of_an_ellipsoid_lose_to_facets_what_they_lose_to_an_ellipsoid() {
+    let law = Law::LOMMEL_SEELIGER;
+    let mut hidden = 0;
+    for (pair, _) in cases().iter().step_by(3) {
+        let moments = |photometer: Photometer| {
+            photometer.moments_in(&[pair.view()], &mut InterruptCheck::never()).unwrap()[0]
+        };
+        let bodies =
+            vec![pair.bodies()[0].clone(), Body::with_mass("b", polyhedron(pair.axes[1], 24), 1.0).unwrap()];
+        let surfaces = vec![Surface { law, albedo: vec![1.0] }; 2];
+        let (light, moment) = moments(Photometer::new(bodies, surfaces, true, 0.0).unwrap());
+        let (expected, sums) = moments(pair.photometer(law, true));
+        let (alone, _) = moments(pair.photometer(law, false));
+        // The light and the moment of what is hidden are those of a body of facets, which is a little smaller.
+        let (size, lost) = (Vec3::from(pair.axes[0]).max(), alone - expected);
+        assert!((light - expected).abs() < 4e-3 * lost + 1e-12 * alone, "{light} {expected} {alone}");
+        assert!((moment - sums).norm() < size * (1e-2 * lost + 1e-9 * alone), "{moment} {sums}");
+        hidden += usize::from(lost > 1e-3 * alone && light > 1e-3 * alone);
+    }
+    assert!(hidden > 3, "{hidden}");
 }
 
 #[test]

@@ -77,6 +77,27 @@ fn nearness_of_centres_does_not_tell_which_body_is_in_front() {
 }
 
 #[test]
+fn a_near_observer_sees_more_hidden_by_what_is_nearer() {
+    // A sphere between another one and an observer at the distance 8. In the plane through the centre of the farther
+    // one, the cone from the observer has the radius of the nearer one times 8 over its distance from the observer, 3.
+    let lost = |radius: f64, distant: bool| {
+        let pair = spheres([1.0, radius], [0.0, 0.0], Vec3::x() * 1e7);
+        let view = View { to_observer: Vec3::x() * 8.0, distant, ..pair.view() };
+        let [hidden, alone] = [true, false].map(|mutual| {
+            let photometer = pair.photometer(Law::LOMMEL_SEELIGER, mutual);
+            photometer.brightness(&view, &mut InterruptCheck::never()).unwrap()
+        });
+        assert!((hidden[1] / alone[1] - 1.0).abs() < 1e-12, "{hidden:?} {alone:?}");
+        1.0 - hidden[0] / alone[0]
+    };
+    for radius in [0.1_f64, 0.3, 0.35] {
+        assert!((lost(radius, true) - radius.powi(2)).abs() < 1e-9);
+        assert!((lost(radius, false) - (radius * 8.0 / 3.0).powi(2)).abs() < 1e-5);
+    }
+    assert!((lost(0.4, false) - 1.0).abs() < 1e-9);
+}
+
+#[test]
 fn what_describes_nothing_is_refused_by_name() {
     let (pair, _) = &cases()[1];
     let surface = Surface { law: Law::LAMBERT, albedo: vec![1.0] };

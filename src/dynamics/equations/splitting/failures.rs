@@ -65,7 +65,7 @@ impl Splitting {
                     |step: &f64| variational_rotation(inertia, [1.0, 0.0, 0.0, 0.0], spin, *step).is_some();
                 let shorter =
                     (1..1000).map(|k| 0.99 * step * 0.5_f64.powi(k)).find(follows).unwrap_or_default();
-                (spin.norm() * step, shorter, "the discrete rotation has no solution there".to_owned())
+                (spin.norm() * step, shorter, "the discrete rotation has no solution for it".to_owned())
             }
         };
         let remedy = if shorter > f64::MIN_POSITIVE {
@@ -73,6 +73,6 @@ impl Splitting {
         } else {
             "no step is short enough: its spin, or a torque on it, is too large".to_owned()
         };
-        self.failed(&format!("{name} turns by {angle:.3e} rad in it; {limit}; {remedy}"))
+        self.failed(&format!("{name} rotates by {angle:.3e} rad in it; {limit}; {remedy}"))
     }
 }
