@@ -49,6 +49,9 @@ const DIVISIONS: usize = 24;
 /// noise for it.
 const ACROSS: f64 = 8.0;
 
+/// The number that stands for strips that no outline meets, in place of the order of outlines.
+const UNCOVERED: u64 = 0;
+
 /// Units of work of a parallel.
 const PARALLEL: u64 = 10;
 
@@ -60,9 +63,13 @@ pub struct Strips<'a> {
 
 impl Strips<'_> {
     /// Returns intervals of z, in each of which the integrand is smooth but for square roots at the ends.
+    ///
+    /// Many of the heights at which outlines cross each other or an edge of the lune change nothing, since the crossing
+    /// is covered by another outline or lies on the far side. The intervals on both sides are then one.
     fn panels(&self) -> Vec<[f64; 2]> {
+        let edges = self.kernel.edge_heights();
         let mut breaks = vec![-1.0, 1.0];
-        breaks.extend(self.kernel.edge_heights().into_iter().flatten());
+        breaks.extend(edges.into_iter().flatten());
         for (index, outline) in self.outlines.iter().enumerate() {
             outline.breaks(self.kernel.lune, &mut breaks);
             for other in &self.outlines[index + 1..] {
@@ -73,14 +80,23 @@ impl Strips<'_> {
         breaks.sort_unstable_by(f64::total_cmp);
         let pairs = breaks.windows(2).map(|pair| [pair[0], pair[1]]);
         let (mut divisions, mut covered) = (DIVISIONS, Vec::new());
-        let mut all = Vec::new();
+        let mut all: Vec<[f64; 2]> = Vec::new();
+        let mut previous = None;
+        let mut add = |[low, high]: [f64; 2], order: Option<u64>| {
+            let is_edge = edges.is_some_and(|edges| edges.contains(&low));
+            match all.last_mut() {
+                Some(last) if order.is_some() && order == previous && !is_edge => last[1] = high,
+                _ => all.push([low, high]),
+            }
+            previous = order;
+        };
         let mut ahead: Vec<_> = pairs.rev().collect();
         while let Some([low, high]) = ahead.pop() {
             if high - low <= 4.0 * f64::EPSILON {
                 continue;
             }
             if !self.is_covered(low, high) {
-                all.push([low, high]);
+                add([low, high], Some(UNCOVERED));
                 continue;
             }
             let within = |share: f64| low + share * (high - low);
@@ -88,14 +104,14 @@ impl Strips<'_> {
             let expected = self.order(middle, &mut covered);
             let next = NEXT.max(LEAST / (high - low)).min(0.5);
             let ends = [within(next), within(1.0 - next)];
-            let other = ends.into_iter().find(|end| self.order(*end, &mut covered) != expected);
-            match other.filter(|_| divisions > 0) {
-                Some(end) => {
+            match ends.into_iter().find(|end| self.order(*end, &mut covered) != expected) {
+                Some(end) if divisions > 0 => {
                     divisions -= 1;
                     let change = self.change(expected, middle, end, &mut covered);
                     ahead.extend([[change, high], [low, change]]);
                 }
-                None => all.push([low, high]),
+                Some(_) => add([low, high], None),
+                None => add([low, high], Some(expected)),
             }
         }
         all
