@@ -70,6 +70,7 @@ class Results:
     Attributes
     ----------
     curves : Curves
+        The observations.
     coarse, scan : PeriodScan
         The scans of one apparition over all periods, and of all nights near the best of these.
     fits : dict of Fit

@@ -28,7 +28,7 @@ methods = pytest.mark.parametrize(("integrator", "chart"), CASES, ids=lambda met
 
 
 def watched():
-    """Return events of all kinds."""
+    """Return events of several kinds."""
     return [
         events.Periapsis(0, 1),
         events.Apoapsis(0, 1),
@@ -54,10 +54,10 @@ def ctrl_c_after(moment):
 
 def by_ctrl_c(sim, until, output, path, moment=0.4 * UNTIL):
     """Return the run that Ctrl-C ended, and the simulation that it saved."""
-    conditions = [*watched(), ctrl_c_after(moment)]
+    all_events = [*watched(), ctrl_c_after(moment)]
     # The time between two files is so long that only the interruption writes one.
     with pytest.raises(Interrupted) as caught:
-        sim.integrate(until, output=output, events=conditions, dense=True, autosave=(path, 1e8))
+        sim.integrate(until, output=output, events=all_events, dense=True, autosave=(path, 1e8))
     assert caught.value.run.stop_reason == "interrupted"
     return caught.value.run, fullbody.Simulation.load(path)
 
@@ -187,9 +187,9 @@ def test_a_run_continues_from_an_autosave_bit_for_bit(integrator, tmp_path):
         if not pauses and not copy.exists():
             shutil.copy(path, copy)
 
-    conditions = [*watched(), events.Function(pause)]
+    all_events = [*watched(), events.Function(pause)]
     sim = fullbody.Simulation(system, state, integrator=integrator)
-    unbroken = sim.integrate(UNTIL, output=0.7, events=conditions, dense=True, progress=copy_file, autosave=(path, 0.0))
+    unbroken = sim.integrate(UNTIL, output=0.7, events=all_events, dense=True, progress=copy_file, autosave=(path, 0.0))
     resumed = fullbody.Simulation.load(copy)
     now = resumed.time
     assert 0.3 * UNTIL < now < UNTIL
