@@ -12,7 +12,20 @@ from fullbody.base.atomic import replacing
 
 from ..judging import stated
 from ..publishing import listed, percent, publish, table
-from . import axes, convergence, earth, figures, inputs, knowledge, mission, posterior, results, rival, study, weights
+from . import (
+    axes,
+    binary_yarkovsky,
+    convergence,
+    earth,
+    figures,
+    inputs,
+    knowledge,
+    mission,
+    posterior,
+    results,
+    study,
+    weights,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -90,7 +103,7 @@ def assemble(
         "posterior": results.prior_and_posterior(dataset),
         "mass": [mass, mass_error],
         "slope": posterior.slope(),
-        "rival": rival.consequences(rival.RATE, axis),
+        "rival": binary_yarkovsky.consequences(binary_yarkovsky.RATE, axis),
         "survey": survey,
         "night": events(curves),
     }

@@ -14,7 +14,7 @@ from ..publishing import pictures, publish, table, with_error
 from . import figures
 from .chords import MODEL_ERROR, PUBLISHED, Size
 from .model import ERRORS
-from .study import POLE_ERROR, pole_of, scale, study, timing, verdicts
+from .study import POLE_ERROR, error_scale, pole_of, study, timing, verdicts
 
 __all__ = ["fits_table", "minima_table", "scan_title", "seconds_table", "shape_text", "sizes_table", "write"]
 
@@ -40,7 +40,7 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
         "magnitudes": {"nights": len(results.curves.nights), "surveys": len(results.curves.surveys)},
         "scans": {"one apparition": _scan(results.coarse), "all nights": _scan(results.scan)},
         "fits": {name: _fit(fit) for name, fit in results.fits.items()},
-        "shape": asdict(results.figure),
+        "shape": asdict(results.shape),
         "sizes": {name: _size(size) for name, size in results.sizes.items()},
         "published sizes": {source: list(size) for source, size in PUBLISHED.items()},
         "seconds": results.seconds,
@@ -91,7 +91,7 @@ def _fit(fit: Fit) -> dict[str, Any]:
     return {
         "chi2": fit.chi2,
         "dof": fit.dof,
-        "scale": scale(fit),
+        "scale": error_scale(fit),
         "rms": float((nights**2).mean() ** 0.5),
         "parameters": len(fit.parameters),
         "coefficients": fit.values["coefficients"].tolist(),

@@ -1,4 +1,4 @@
-"""The scans of the period, the fits of pole and shape, and the comparison with published numbers."""
+"""The scans of the period of (135) Hertha, the fits of pole and shape, and the comparison with published numbers."""
 
 from __future__ import annotations
 
@@ -19,33 +19,34 @@ from ..judging import Verdict, claimed, compared
 from ..publishing import cpu_seconds
 from . import chords
 from .chords import Size
-from .model import DEGREE, Curves, parameters, setup, shape
+from .model import DEGREE, POWER, Curves, parameters, setup, shape
 
-__all__ = ["Figure", "Results", "angle_between", "figure_of", "sizes_of", "study", "timing", "verdicts"]
+__all__ = ["FittedShape", "Results", "angle_between", "fitted_shape", "sizes_of", "study", "timing", "verdicts"]
 
 #: The range of periods of the first scan, of one apparition, in hours, and that of a draft.
 RANGE, DRAFT_RANGE = np.array([2.2, 24.0]), np.array([8.0, 8.8])
 #: Torppa et al. (2003), Icarus 164, 346, as Wikipedia's article on 135 Hertha gives them: the period in hours, the two
 #: poles between which they could not decide, longitude and latitude in degrees, and the ratios of axes.
-TORPPA, TORPPA_POLES, TORPPA_RATIOS = 8.40061, ((274.0, 53.0), (96.0, 58.0)), {"a/b": 1.1, "b/c": 1.5}
+TORPPA_PERIOD, TORPPA_POLES, TORPPA_RATIOS = 8.40061, ((274.0, 53.0), (96.0, 58.0)), {"a/b": 1.1, "b/c": 1.5}
 #: The period and the pole in the database DAMIT, as they came with the file of the light curves.
-DAMIT, DAMIT_POLE = 8.40060, (272.0, 52.0)
+DAMIT_PERIOD, DAMIT_POLE = 8.40060, (272.0, 52.0)
 #: Dotto et al. (1992), Astron. Astrophys. Suppl. Ser. 95, 195, as the same article gives them: the period and the
 #: ratios of axes with their errors.
-DOTTO, DOTTO_RATIOS = (8.398, 0.001), {"a/b": (1.34, 0.03), "b/c": (1.22, 0.05)}
+DOTTO_PERIOD, DOTTO_RATIOS = (8.398, 0.001), {"a/b": (1.34, 0.03), "b/c": (1.22, 0.05)}
 #: The angle in degrees within which two poles agree: the error that is usual for inversions of light curves.
 POLE_ERROR = 5.0
 #: Names of the fits.
 BEST, SECOND, SMOOTH = "best minimum", "second minimum", "best minimum, smoother prior"
 #: Names of the minima of the best fit.
 POLES = ("best pole", "mirror pole")
-#: The least rise of chi2, over the reduced chi2 of the lower one, with which data decide between two poles.
+#: The rise of chi2 from the better to the other pole, over the reduced chi2 of the better one, above which data decide
+#: between them: three standard errors.
 RISE = 9.0
 
 
 @dataclass(frozen=True)
-class Figure:
-    """The shape of a fit.
+class FittedShape:
+    """The axes and the closure of the shape of a fit.
 
     Attributes
     ----------
@@ -69,13 +70,14 @@ class Results:
     Attributes
     ----------
     curves : Curves
+        The observations.
     coarse, scan : PeriodScan
         The scans of one apparition over all periods, and of all nights near the best of these.
     fits : dict of Fit
         The fits from the lowest and the second minimum of the scan, and from the lowest with a prior that falls faster
         with the degree. The lowest minimum of each fit and that at the mirror pole are in its ``minima``.
-    figure : Figure
-        The shape of the best fit.
+    shape : FittedShape
+        The axes and the closure of the shape of the best fit.
     sizes : dict of Size
         The sizes from the chords of the occultation: of the shape from light with each pole, without and with a free
         rotation angle, and of ellipsoids.
@@ -87,13 +89,13 @@ class Results:
     coarse: PeriodScan
     scan: PeriodScan
     fits: dict[str, Fit]
-    figure: Figure
+    shape: FittedShape
     sizes: dict[str, Size]
     seconds: dict[str, float]
 
     @property
     def best(self) -> Fit:
-        """The fit with the lowest chi2 of the degree of the study."""
+        """The fit with the lowest chi2 of those with the same prior."""
         return lowest(self.fits)
 
 
@@ -117,11 +119,12 @@ def study(draft: bool = False, progress: Any = False) -> Results:
     periods = (DRAFT_RANGE if draft else RANGE) * u.h
     coarse = timed("scan of one apparition", scan_of, apparition, periods, poles=4)
     middle = coarse.minima[0].period.to_value("h")
+    # A change of the period by middle^2 / span is one rotation over the apparition.
     width = (0.1 if draft else 0.5) * middle**2 / span
     periods = np.array([middle - width, middle + width]) * u.h
     scan = timed("scan of all nights", scan_of, curves.nights, periods, poles=3 if draft else 6)
     degree, limit = (3, 12) if draft else (DEGREE, None)
-    starts = [(BEST, 0, 1.0)] if draft else [(BEST, 0, 1.0), (SECOND, 1, 1.0), (SMOOTH, 0, 2.0)]
+    starts = [(BEST, 0, POWER)] if draft else [(BEST, 0, POWER), (SECOND, 1, POWER), (SMOOTH, 0, 2 * POWER)]
     fits = {}
     for name, index, power in starts:
         minimum = scan.minima[index]
@@ -129,11 +132,11 @@ def study(draft: bool = False, progress: Any = False) -> Results:
         fits[name] = timed(f"fit, {name}", fullbody.fit, setup, start, curves.observations, proposals=limit)
     best = lowest(fits)
     sizes = timed("sizes from chords", sizes_of, best, draft)
-    return Results(curves, coarse, scan, fits, figure_of(best), sizes, seconds)
+    return Results(curves, coarse, scan, fits, fitted_shape(best), sizes, seconds)
 
 
 def lowest(fits: dict[str, Fit]) -> Fit:
-    """Return the fit with the lowest chi2 of the degree of the study."""
+    """Return the fit with the lowest chi2 of those with the same prior."""
     return min((fits[name] for name in (BEST, SECOND) if name in fits), key=lambda fit: fit.chi2)
 
 
@@ -151,8 +154,8 @@ def sizes_of(fit: Fit, draft: bool = False) -> dict[str, Size]:
     return sizes | chords.sizes_of_ellipsoids()
 
 
-def figure_of(fit: Fit) -> Figure:
-    """Return the shape of a fit."""
+def fitted_shape(fit: Fit) -> FittedShape:
+    """Return the axes and the closure of the shape of a fit."""
     convex = shape(fit.values["coefficients"])
     body = fullbody.Body(convex.polyhedron(), mass="1e18 kg", name="Hertha")
     ellipsoid = body.fitted_ellipsoid()
@@ -162,7 +165,7 @@ def figure_of(fit: Fit) -> Figure:
     shortest = int(np.argmin(axes))
     a, b, c = sorted(axes, reverse=True)
     tilt = np.degrees(np.arccos(min(1.0, abs(rotation[shortest, 2]))))
-    return Figure((a / b, b / c), float(tilt), float(np.linalg.norm(convex.closure)))
+    return FittedShape((a / b, b / c), float(tilt), float(np.linalg.norm(convex.closure)))
 
 
 def angle_between(first: tuple[float, float], second: tuple[float, float]) -> float:
@@ -178,17 +181,21 @@ def pole_of(values: Any) -> tuple[float, float]:
     return float(np.degrees(longitude)), float(np.degrees(latitude))
 
 
-def scale(fit: Fit) -> float:
-    """Return the factor of the errors by which chi2 equals the degrees of freedom."""
+def error_scale(fit: Fit) -> float:
+    """Return the factor by which the errors have to grow for chi2 to equal the degrees of freedom."""
     return float(np.sqrt(fit.chi2 / fit.dof))
 
 
 def verdicts(results: Results) -> list[Verdict]:
     """Compare the best fit with published numbers."""
     fit, rows = results.best, []
-    period = fit.values["period"].to_value("h"), scale(fit) * fit.sigma["period"].to_value("h")
+    period = fit.values["period"].to_value("h"), error_scale(fit) * fit.sigma["period"].to_value("h")
     # A published period without an error has that of its last digit.
-    published_periods = {"Torppa et al. 2003": (TORPPA, 5e-6), "DAMIT": (DAMIT, 5e-6), "Dotto et al. 1992": DOTTO}
+    published_periods = {
+        "Torppa et al. 2003": (TORPPA_PERIOD, 5e-6),
+        "DAMIT": (DAMIT_PERIOD, 5e-6),
+        "Dotto et al. 1992": DOTTO_PERIOD,
+    }
     for name, published_period in published_periods.items():
         why = "theirs is a period of one apparition, synodic within its error"
         rows.append(compared(name, "sidereal period [h]", published_period, period, why))
@@ -204,7 +211,8 @@ def verdicts(results: Results) -> list[Verdict]:
             quantity = f"pole, {key.removesuffix(' pole')} [deg]"
             why = f"{angle:.1f} degrees apart"
             rows.append(claimed(name, quantity, text, fitted_text, angle <= POLE_ERROR, why))
-    for quantity, value in zip(("a/b", "b/c"), results.figure.ratios, strict=True):
+    # Ratios without errors are given to a tenth.
+    for quantity, value in zip(("a/b", "b/c"), results.shape.ratios, strict=True):
         torppa, (dotto, error) = TORPPA_RATIOS[quantity], DOTTO_RATIOS[quantity]
         for name, text, within in (
             ("Torppa et al. 2003", f"{torppa}", abs(value - torppa) <= 0.1),
@@ -213,7 +221,7 @@ def verdicts(results: Results) -> list[Verdict]:
             why = "" if within else "the ellipsoid here is that with the moments of inertia of the shape"
             rows.append(claimed(name, quantity, text, f"{value:.2f}", within, why))
     if len(fit.minima) > 1:
-        rise = (fit.minima[1].chi2 - fit.minima[0].chi2) / scale(fit) ** 2
+        rise = (fit.minima[1].chi2 - fit.minima[0].chi2) / error_scale(fit) ** 2
         statement = "rise of chi2 to the mirror pole, by chi2 over dof", "the two poles cannot be told apart"
         why = (
             ""
@@ -225,7 +233,7 @@ def verdicts(results: Results) -> list[Verdict]:
 
 
 def size_verdicts(sizes: dict[str, Size], poles: dict[str, tuple[float, float]]) -> list[Verdict]:
-    """Compare the diameters of the shape from light with published ones, and by the chords its two poles in degrees."""
+    """Compare the diameters of the shape from light with published ones, and the pole that the chords prefer."""
     by_pole = {pole: sizes[f"shape from light, {pole}"] for pole in POLES if f"shape from light, {pole}" in sizes}
     rows = []
     for source, published in chords.PUBLISHED.items():

@@ -158,11 +158,11 @@ def _rows(result: dict[str, Any]) -> list[tuple[str, str]]:
     return [
         ("years", f"{years[-1]:.2f}"),
         ("samples", str(len(years))),
-        ("energy error, largest, of the orbit's", f"{energy.max():.1e}"),
+        ("largest energy error, relative to the orbit's energy", f"{energy.max():.1e}"),
         ("  in the first hundredth", f"{energy[first].max():.1e}"),
         ("  in the last tenth", f"{energy[last].max():.1e}"),
         ("  mean of the last tenth, with its sign", f"{result['energy'][last].mean():+.1e}"),
-        ("angular momentum error, largest", f"{result['angular_momentum'].max():.1e}"),
+        ("largest relative angular momentum error", f"{result['angular_momentum'].max():.1e}"),
         ("eccentricity", f"{result['e'].min():.4f} to {result['e'].max():.4f}"),
         ("semi-major axis [km]", f"{result['a'].min():.4f} to {result['a'].max():.4f}"),
     ]
@@ -175,7 +175,7 @@ def _figure(result: dict[str, Any]) -> Any:
     figure, axes = new_figure(2, 1, (8.0, 6.0), sharex=True)
     errors, orbit = axes[:, 0]
     for row, (name, label) in enumerate(
-        (("energy", "energy, of the orbit's"), ("angular_momentum", "angular momentum"))
+        (("energy", "energy, relative to the orbit's"), ("angular_momentum", "angular momentum"))
     ):
         errors.plot(*largest(years, result[name], width), label=label, **LINES[row])
     errors.set_yscale("log")

@@ -12,7 +12,7 @@ from scipy.special import elliprd
 
 from . import paper
 
-__all__ = ["CASES", "Case", "closest", "fission", "spin_limit"]
+__all__ = ["CASES", "Case", "centre_distance", "fission", "spin_limit"]
 
 
 _Axes: TypeAlias = tuple[float, float, float]
@@ -57,7 +57,7 @@ def fission(case: str, mass_ratio: float, tilt: float, gravity: str = "focal") -
     ]
     system = System(bodies, G=paper.G, gravity=gravity)
     angle = np.deg2rad(tilt)
-    distance = closest(PRIMARY, (a, a * b, a * c), angle, paper.GAP)
+    distance = centre_distance(PRIMARY, (a, a * b, a * c), angle, paper.GAP)
     masses = system.masses
     positions = np.array([[-masses[1], 0.0, 0.0], [masses[0], 0.0, 0.0]]) * distance / masses.sum()
     attitude = np.array([[1.0, 0.0, 0.0, 0.0], [np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0]])
@@ -81,7 +81,7 @@ def spin_limit(axes: _Axes, density: float) -> float:
     return float(np.sqrt(2 * np.pi * paper.G * density * symbol))
 
 
-def closest(first: _Axes, second: _Axes, tilt: float, gap: float) -> float:
+def centre_distance(first: _Axes, second: _Axes, tilt: float, gap: float) -> float:
     """Return the distance of the centres at which the gap between the surfaces has this width.
 
     Both bodies are symmetric about the plane y = 0, so that their nearest points lie in it. The gap is the largest

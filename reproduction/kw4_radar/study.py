@@ -80,7 +80,7 @@ def measure(run: Run) -> dict[str, float]:
         "libration amplitude, deg": np.nan if libration.amplitude is None else np.degrees(float(libration.amplitude)),
         "libration period, h": np.nan if libration.period is None else float(libration.period),
         "energy drift": change / abs(run.energy[0]),
-        "energy drift, of the orbit's": change / abs(energy.potential + energy.translational),
+        "energy drift, relative to the orbit's energy": change / abs(energy.potential + energy.translational),
         "angular momentum drift": np.linalg.norm(momentum - momentum[0], axis=1).max() / np.linalg.norm(momentum[0]),
         "evaluations": float(run.statistics.evaluations),
     }

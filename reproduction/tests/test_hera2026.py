@@ -19,6 +19,7 @@ from fullbody.base import rotations
 from scipy.stats import norm
 
 from reproduction.hera2026 import (
+    binary_yarkovsky,
     damping,
     ellipse,
     inputs,
@@ -29,7 +30,6 @@ from reproduction.hera2026 import (
     posterior,
     report,
     results,
-    rival,
     study,
     weights,
 )
@@ -225,7 +225,7 @@ def test_change_is_a_circular_or_an_incoherent_orbit():
 
 def test_the_drift_is_that_of_keplers_third_law():
     """The drift is the integral of the mean motion sqrt(mu/a^3) of an orbit that shrinks."""
-    effect = rival.consequences(-7.0, 1150.0, 36000.0)
+    effect = binary_yarkovsky.consequences(-7.0, 1150.0, 36000.0)
     mu = (2.0 * np.pi / 11.3674) ** 2 * 1150.0**3
     time = np.linspace(0.0, 36000.0, 20001)
     a = 1150.0 - 0.07 * time / 8766.0

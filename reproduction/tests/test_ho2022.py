@@ -11,19 +11,19 @@ from scipy.spatial.distance import cdist
 
 from reproduction.ho2022 import paper, study
 from reproduction.ho2022.__main__ import main
-from reproduction.ho2022.starts import CASES, DENSITY, PRIMARY, closest, fission, spin_limit
+from reproduction.ho2022.starts import CASES, DENSITY, PRIMARY, centre_distance, fission, spin_limit
 
 
-def test_the_distance_of_upright_and_lying_bodies():
+def test_the_distance_of_centres_is_the_sum_of_the_gap_and_of_the_semi_axes_in_line():
     second = (0.5, 0.4, 0.3)
-    assert closest(PRIMARY, second, 0.0, 0.01) == pytest.approx(1.0 + 0.5 + 0.01, abs=1e-12)
-    assert closest(PRIMARY, second, np.pi / 2, 0.01) == pytest.approx(1.0 + 0.3 + 0.01, abs=1e-12)
+    assert centre_distance(PRIMARY, second, 0.0, 0.01) == pytest.approx(1.0 + 0.5 + 0.01, abs=1e-12)
+    assert centre_distance(PRIMARY, second, np.pi / 2, 0.01) == pytest.approx(1.0 + 0.3 + 0.01, abs=1e-12)
 
 
-def test_the_gap_of_a_tilted_body_is_that_of_its_nearest_points():
-    """The gap is that of the nearest of many points of both surfaces, in all of space."""
+def test_the_gap_to_a_tilted_body_is_the_least_distance_of_the_surfaces():
+    """The least distance is that of many points of both surfaces, also off the plane y = 0."""
     second, tilt, gap = (0.5, 0.4, 0.3), 0.7, 0.05
-    distance = closest(PRIMARY, second, tilt, gap)
+    distance = centre_distance(PRIMARY, second, tilt, gap)
     u, v = np.meshgrid(np.linspace(0.0, np.pi, 91), np.linspace(-0.5, 0.5, 41))
     points = np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], axis=-1).reshape(-1, 3)
     rotation = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
@@ -38,7 +38,7 @@ def test_a_start_has_the_fission_rate_and_the_gap(case):
     first, second = system.masses
     assert second / first == pytest.approx(0.2, rel=1e-14)
     assert first == pytest.approx(4 / 3 * np.pi * 0.7 * 0.65 * 2e12, rel=1e-14)
-    # One rate about z, in the inertial frame; no momentum.
+    # Both bodies rotate about z at one rate, in the inertial frame, and the total momentum is zero.
     spins = np.einsum("nij,nj->ni", state.rotation_matrix, state.spin)
     np.testing.assert_allclose(spins, [[0, 0, spins[0, 2]]] * 2, atol=1e-15)
     np.testing.assert_allclose(state.velocity, np.cross(spins, state.position), rtol=1e-14)
@@ -56,20 +56,20 @@ def test_a_start_has_the_fission_rate_and_the_gap(case):
             assert overlap
 
 
-def test_the_spin_limit_of_a_sphere_is_the_closed_form():
-    """The square of the rate is 4/3 pi G rho; a needle has less."""
+def test_the_spin_limit_of_a_sphere_is_the_closed_form_and_that_of_an_elongated_body_lower():
+    """The square of the limit is 4/3 pi G rho; that of an elongated body is lower."""
     limit = np.sqrt(4 / 3 * np.pi * paper.G * DENSITY)
     assert spin_limit((1.0, 1.0, 1.0), DENSITY) == pytest.approx(limit, rel=1e-14)
     assert spin_limit((1.0, 0.5, 0.5), DENSITY) < limit
 
 
 def test_the_spin_limit_of_an_ellipsoid_balances_the_attraction_at_its_tip():
-    """The attraction at the tip is the force of the program on a point."""
+    """The attraction is the force that the package computes on a point mass at the end of the long axis."""
     axes, density = (0.5, 0.4, 0.3), 2e12
     body = fullbody.Body(fullbody.Ellipsoid(*axes), density=density)
-    speck = fullbody.Body(fullbody.PointMass(), mass=1.0)
+    particle = fullbody.Body(fullbody.PointMass(), mass=1.0)
     state = fullbody.State([[0, 0, 0], [0.5 * (1 + 1e-9), 0, 0]], np.zeros((2, 3)))
-    pull = fullbody.System([body, speck], G=paper.G).interactions(state).force[1, 0]
+    pull = fullbody.System([body, particle], G=paper.G).interactions(state).force[1, 0]
     assert spin_limit(axes, density) ** 2 * 0.5 == pytest.approx(-pull, rel=1e-7)
 
 
@@ -87,23 +87,22 @@ def test_a_small_map_counts_all_fates(report):
             assert entry["impact"] + entry["escape"] + entry["bound"] == pytest.approx(1.0)
             assert entry["errors"] == 0.0
             assert entry["largest_drift"] < 1e-9
-        # A third of the starts is aligned, and stays so for a while; at the limit all others touch.
+    # At the fission limit (excess 0) the aligned starts, a third of all, stay aligned and apart; all others collide.
     assert numbers["counts"]["0"]["all"]["impact"] == pytest.approx(2 / 3)
     assert numbers["counts"]["0.01"]["all"]["impact"] < numbers["counts"]["0"]["all"]["impact"]
     assert {row["verdict"] for row in numbers["verdicts"]} <= {"holds", "differs", "open"}
 
 
-def test_the_report_has_its_figures(report):
+def test_the_report_has_its_figures_and_no_missing_numbers(report):
     text = (report / "report.md").read_text()
     assert "a draft" in text
     assert not re.search(r"\b(nan|inf|None)\b", text)
     for name in re.findall(r"\]\((\S+\.png)\)", text):
         assert (report / name).stat().st_size > 10000
-    assert {path.name for path in report.iterdir()} == {
-        *("map.nc", "report.md", "numbers.json", "fates-0.png", "fates-1.png", "fission.png")
-    }
+    names = ["fates-0.png", "fates-1.png", "fission.png", "map.nc", "numbers.json", "report.md"]
+    assert sorted(path.name for path in report.iterdir()) == names
 
 
-def test_the_full_grid_is_the_papers():
+def test_the_full_grid_has_as_many_starts_as_the_paper():
     grid = study.GRID
     assert len(grid["case"]) * len(grid["mass_ratio"]) * len(grid["tilt"]) == 9990

@@ -104,13 +104,13 @@ def section(
     starts = sequence(states, State, "states", "a State or several", "States")
     members = [(system, state) for state in starts]
     watched: Event = instance(event, "event", Event, "one of fullbody.events")
-    answers = integrate_many(members, until, duration=duration, output="ends", events=[watched], threads=threads)
+    results = integrate_many(members, until, duration=duration, output="ends", events=[watched], threads=threads)
     crossings, errors = [], []
-    for answer in answers:
-        if isinstance(answer, Exception) and not isinstance(answer, FullbodyError):
-            raise answer
-        errors.append(answer if isinstance(answer, FullbodyError) else None)
-        run = answer.run if isinstance(answer, FullbodyError) else answer
+    for result in results:
+        if isinstance(result, Exception) and not isinstance(result, FullbodyError):
+            raise result
+        errors.append(result if isinstance(result, FullbodyError) else None)
+        run = result.run if isinstance(result, FullbodyError) else result
         crossings.append(() if run is None else tuple(item.state for item in run.events))
     return Section(system, tuple(crossings), tuple(errors))
 

@@ -30,12 +30,12 @@ def register(subparsers: Any) -> None:
     """Add the command."""
     parser = subparsers.add_parser(
         "info",
-        help="what a recorded run, a flight, a map or a system.toml holds",
+        help="what a recorded run, a flight, a map or a system.toml contains",
         description="Print what a recorded run, a flight of particles, a map of a sweep (NetCDF) or a system.toml "
-        "holds. A file that cannot be read is named; the others are shown.",
+        "contains. A file that cannot be read is reported, and the others are printed.",
     )
     parser.add_argument("files", nargs="+", metavar="file", type=Path)
-    parser.add_argument("--json", action="store_true", help="print an object of JSON: of each file its tables")
+    parser.add_argument("--json", action="store_true", help="print one JSON object with the tables of each file")
     parser.set_defaults(run=run)
 
 
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     contents: dict[str, list[tables.Table]] = {}
     for path in arguments.files:
         try:
-            described = of_toml(path) if path.suffix.lower() == ".toml" else of_recorded(path)
+            described = toml_tables(path) if path.suffix.lower() == ".toml" else recorded_tables(path)
         except (FullbodyError, ImportError, OSError) as error:
             # Both streams may go to the same place, where the order of the lines must be kept.
             sys.stdout.flush()
@@ -57,34 +57,34 @@ def run(arguments: argparse.Namespace) -> int:
             print(tables.to_text(*described))
         contents[str(path)] = described
     if arguments.json:
-        objects = {path: {table.caption: as_json(table) for table in rows} for path, rows in contents.items()}
+        objects = {path: {table.caption: as_json(table) for table in found} for path, found in contents.items()}
         print(json.dumps(objects))
     return 1 if failed else 0
 
 
 def as_json(table: tables.Table) -> Any:
-    """Return a table for JSON: a list of dicts by the header, or without a header a dict of the rows."""
+    """Return a table for JSON: a list of a dict for each row, or without a header one dict of all rows."""
     if not table.header:
         return {row[0]: row[1] if len(row) == 2 else list(row[1:]) for row in table.rows}
     return [dict(zip(table.header, row, strict=True)) for row in table.rows]
 
 
-def of_recorded(path: Path) -> list[tables.Table]:
+def recorded_tables(path: Path) -> list[tables.Table]:
     """Describe the content of a file that this package wrote."""
     if path.suffix.lower() == npz.SUFFIX:
-        return of_run(path)
+        return run_tables(path)
     attributes: dict[str, Any] = {}
-    # Errors in a file are reported when it is loaded as a run.
+    # A file that cannot be opened here is loaded as a run, which raises the error to report.
     with suppress(Exception), netcdf().open_dataset(path, engine="h5netcdf") as file:
         attributes = dict(file.attrs)
         if ATTRIBUTE in attributes:
-            return of_map(file)
+            return map_tables(file)
     if "fullbody_flight" in attributes:
         return tables.tables_of(load_flight(path))
-    return of_run(path)
+    return run_tables(path)
 
 
-def of_map(dataset: xarray.Dataset) -> list[tables.Table]:
+def map_tables(dataset: xarray.Dataset) -> list[tables.Table]:
     """Describe the content of a sweep's map."""
     dimensions = [tables.Table("Map", (), [(name, f"{size} values") for name, size in dataset.error.sizes.items()])]
     rows: list[Sequence[str]] = [
@@ -100,11 +100,12 @@ def of_map(dataset: xarray.Dataset) -> list[tables.Table]:
     return [*dimensions, variables, tables.Table("Errors", ("kind", "rows"), errors)]
 
 
-def of_run(path: Path) -> list[tables.Table]:
+def run_tables(path: Path) -> list[tables.Table]:
     """Describe the content of a recorded run, or of a fit."""
     run = load(path)
     if not isinstance(run, Run):
         return tables.tables_of(run)
+    # The run, and its last state if it has samples.
     described = tables.tables_of(run, *run[-1:])
     if len(run) and len(run.system) > 1:
         about, body = run.system.context.names[:2]
@@ -114,8 +115,8 @@ def of_run(path: Path) -> list[tables.Table]:
     return described
 
 
-def of_toml(path: Path) -> list[tables.Table]:
-    """Describe the content of a description in TOML."""
+def toml_tables(path: Path) -> list[tables.Table]:
+    """Describe the content of a TOML file."""
     configuration = read_toml(path)
     rows = [
         ("until", tables.number(configuration.until)),

@@ -22,7 +22,7 @@ from ..motion.system import System
 from ..record.integrators import Integrator
 from ..record.times import end_arguments, spacing_warning
 
-Answer: TypeAlias = Run | Exception
+Result: TypeAlias = Run | Exception
 
 #: A larger number of threads than this is taken for a mistake.
 _MAX_THREADS = 1024
@@ -41,7 +41,7 @@ def integrate_many(
     threads: int | None = None,
     derivatives: bool | Iterable[str] = False,
     chaos: bool = False,
-) -> list[Answer]:
+) -> list[Result]:
     """Integrate many systems, each from its state to a time, on all cores.
 
     Every run equals that of :meth:`fullbody.System.integrate` bit for bit, whatever the number of threads.
@@ -62,10 +62,10 @@ def integrate_many(
         at a time.
     progress : bool, str or callable
         ``True`` or a title for a progress bar; or a function of (done, total, description), called about every 25 ms
-        with the number of members done, which includes parts of the running ones, the number of members (``None`` for a
-        generator), and a text.
+        with the number of members done, which includes fractions of the running ones, the number of members
+        (``None`` for a generator), and a text.
     threads : int, optional
-        Number of threads; by default the number that the process may run at once.
+        Number of threads; by default the number of cores that the process may use.
     dense, derivatives, chaos
         Options of :meth:`fullbody.System.integrate`.
 
@@ -105,27 +105,28 @@ def integrate_many(
     """
     threads = None if threads is None else thread_count(threads)
     end = end_arguments(until, duration)
+    # An empty list of parameters leaves the transition matrix.
     following = False if (names := differentiated(derivatives)) is None else names or True
     options = {"output": output, "events": watched(events), "dense": dense, "derivatives": following, "chaos": chaos}
-    batch = _Members(members, end, integrator, options)
+    ensemble = _Ensemble(members, end, integrator, options)
     try:
         with once(), Progress(progress) as report:
-            _core.integrate_many(batch.prepared(), batch.take, batch.counting(report), threads)
-        batch.warn()
+            _core.integrate_many(ensemble.prepared(), ensemble.take, ensemble.counting(report), threads)
+        ensemble.warn()
     except BaseException as error:
-        # Members that were never requested have an entry, too.
-        batch.answers += [None] * ((batch.total or 0) - len(batch.answers))
+        # Members that the core never requested have an entry, too.
+        ensemble.results += [None] * ((ensemble.total or 0) - len(ensemble.results))
         if isinstance(error, KeyboardInterrupt):
-            interrupted = Interrupted(f"interrupted with {batch.count_done()} done; the runs so far are in .runs")
-            interrupted.runs = batch.answers
+            interrupted = Interrupted(f"interrupted with {ensemble.count_done()} done; the runs so far are in .runs")
+            interrupted.runs = ensemble.results
             raise interrupted from None
         with contextlib.suppress(AttributeError):
-            error.runs = batch.answers  # type: ignore[attr-defined]
+            error.runs = ensemble.results  # type: ignore[attr-defined]
         raise
-    return batch.answers
+    return ensemble.results
 
 
-def check_for_all(integrator: Any, output: Any, end: dict[str, Any]) -> None:
+def check_options(integrator: Any, output: Any, end: dict[str, Any]) -> None:
     """Raise an error for options that are invalid for any system, whatever its units are."""
     if integrator is not None:
         instance(integrator, "integrator", Integrator, "one of fullbody's, such as Verner98(...)")
@@ -139,8 +140,8 @@ def thread_count(threads: Any) -> int:
     return whole_number(threads, "threads", 1, _MAX_THREADS, ", or None for all cores")
 
 
-class _Members:
-    """The members of an ensemble and their answers so far."""
+class _Ensemble:
+    """An ensemble: its members and their results so far."""
 
     def __init__(self, members: Any, end: dict[str, Any], integrator: Any, options: dict[str, Any]) -> None:
         ((self._end, until),) = end.items()
@@ -157,10 +158,10 @@ class _Members:
                 raise InvalidInput(f"{name} has {len(value)} values; {expected}")
         if isinstance(members, tuple | list) and members and isinstance(members[0], System):
             raise InvalidInput("members is one member; expected a list of them: [(system, state), ...]")
-        check_for_all(None if _is_sequence(integrator) else integrator, options["output"], end)
+        check_options(None if _is_sequence(integrator) else integrator, options["output"], end)
         self._until, self._integrator, self._options = until, integrator, options
-        self.answers: list[Any] = []
-        #: The number of members that are not pairs of a system and a state.
+        self.results: list[Any] = []
+        #: The number of members with invalid input, which are never run.
         self.refused = 0
         self._warnings: dict[int, str] = {}
         self._spacing: str | None = None
@@ -169,12 +170,12 @@ class _Members:
         """Yield the members as the core takes them; invalid ones receive their errors at once."""
         options = (value if _is_sequence(value) else repeat(value) for value in (self._until, self._integrator))
         for index, parts in enumerate(zip(self._members, *options, strict=False)):
-            self.answers.append(None)
+            self.results.append(None)
             try:
                 arguments = self._prepared(index, *parts)
             except Exception as error:
                 # A traceback would keep all members alive in memory.
-                self.answers[index] = error.with_traceback(None)
+                self.results[index] = error.with_traceback(None)
                 self.refused += 1
                 continue
             yield arguments
@@ -191,7 +192,7 @@ class _Members:
         return (tag, system.context.core, start, integrator._describe(system.context.units), *options)
 
     def take(self, tag: Any, record: Any, counts: Any, time: Any, error: BaseException | None) -> None:
-        """Store the result of a member."""
+        """Store the result of a member; without a record it was invalid at the start, or had not begun."""
         index, task, start, integrator = tag
         if record is not None:
             if (warning := next(start_warnings(task.context, start, integrator._tolerance), None)) is not None:
@@ -200,20 +201,22 @@ class _Members:
                 self._spacing = warning
             run = task.run(record, counts)
             if error is None:
-                self.answers[index] = run
+                self.results[index] = run
                 return
             error = task.failed(error, run, time)
             if isinstance(error, Interrupted):
-                self.answers[index] = run
+                self.results[index] = run
                 raise KeyboardInterrupt
         elif error is not None:
             error = explained(error, task.context, start, " at the start")
-        self.answers[index] = error
+        self.results[index] = error
         if error is not None and not isinstance(error, Exception):
             raise error
 
     def counting(self, report: Report | None) -> Callable[[int, float], Any] | None:
-        """Return the function that the core calls with the number of members done and the sum of the others' parts."""
+        """Return the function that the core calls with the number of members done and the sum of the fractions done of
+        those that run.
+        """
         if report is None:
             return None
         of = "" if self.total is None else f" of {self.total}"
@@ -227,7 +230,7 @@ class _Members:
     def count_done(self) -> str:
         """Return the number of members that are done."""
         of = "" if self.total is None else f" of {self.total}"
-        done = [a for a in self.answers if a is not None and getattr(a, "stop_reason", None) != "interrupted"]
+        done = [a for a in self.results if a is not None and getattr(a, "stop_reason", None) != "interrupted"]
         return f"{len(done)}{of} {'member' if (self.total or len(done)) == 1 else 'members'}"
 
     def warn(self) -> None:
@@ -236,7 +239,7 @@ class _Members:
             caution(self._spacing)
         if self._warnings:
             first = min(self._warnings)
-            count = f"the starts of {len(self._warnings)} of {len(self.answers)} members are probably a mistake"
+            count = f"the starts of {len(self._warnings)} of {len(self.results)} members are probably a mistake"
             caution(f"{count}; member {first}: {self._warnings[first]}")
 
 

@@ -24,7 +24,7 @@ from ..record.integrators import Integrator, Verner98
 from ..record.times import end_arguments
 from . import store as stores
 from .dataset import FAILURE, dataset
-from .members import check_for_all, thread_count
+from .members import check_options, thread_count
 from .parameters import RNG, ParameterTable, tabulated
 from .sources import described
 from .work import Job, Observable, Outcome, compute, submit_all
@@ -168,7 +168,7 @@ def sweep(
             raise InvalidInput(f"parameters has the name {name!r}, which is kept for what goes wrong with a row")
     end = end_arguments(until, duration)
     named = {name: value for name, value in end.items() if isinstance(value, str) and value in table.columns}
-    check_for_all(integrator, output, {} if named else end)
+    check_options(integrator, output, {} if named else end)
     options = {
         "output": output,
         "integrator": Verner98() if integrator is None else integrator,

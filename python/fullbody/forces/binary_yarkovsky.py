@@ -1,4 +1,4 @@
-"""The binary Yarkovsky effect: the mean force of heat on a secondary that does not rotate synchronously."""
+"""The binary Yarkovsky effect: the mean thermal force on a secondary that does not rotate synchronously."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ..model.context import Context
 from ..model.force import Force
 
 _FRACTION = Limits(least=0.0, most=1.0)
-#: The unit of thermal inertia in the SI, in which plain numbers are.
+#: The SI unit of thermal inertia, which a plain number has.
 _INERTIA = "J / (m2 K s(1/2))"
 
 
 def _thermal_inertia(value: Any, what: str) -> Any:
-    """Return a thermal inertia with its unit; a plain number is in the unit of the SI."""
+    """Return a thermal inertia as a number in its SI unit."""
     value = as_quantity(value, what, expected=f"a thermal inertia in {_INERTIA}")
     if is_quantity(value):
         value = float(strip_to(value, unit_named(_INERTIA), what))
@@ -30,12 +30,12 @@ def _thermal_inertia(value: Any, what: str) -> Any:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BinaryYarkovsky(Force):
-    """The mean force of heat on a secondary that does not rotate synchronously, along its motion.
+    """The mean thermal force on a secondary that does not rotate synchronously, along its motion.
 
     The primary's shadow darkens the secondary once in each revolution, and the primary's light and heat warm the side
-    that faces it. The surface radiates the heat of both with a delay, in which it rotates, so that the recoil has a
-    mean along the motion. The effect of the shadow is the larger one: a secondary that rotates faster than it revolves
-    drifts inwards, and a slower or a retrograde one outwards.
+    that faces it. The surface radiates this heat with a delay, in which it rotates, so that the mean recoil has a
+    component along the motion. The effect of the shadow is the larger one: a secondary that rotates faster than it
+    revolves drifts inwards, and a slower or a retrograde one outwards.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class BinaryYarkovsky(Force):
         Thermal inertia of the surface; a plain number is in J m^-2 K^-1 s^-1/2. It needs a system with units. Either
         this or ``lag`` is required.
     lag : float, Quantity or str, optional
-        Lag angle of the radiated heat instead, above 0 and below 45 degrees, independent of the spin.
+        Lag angle of the radiated heat, above 0 and below 45 degrees and independent of the spin.
     albedo, emissivity : float
         Bond albedo and emissivity of both bodies, from 0 to 1.
     radius, primary_radius : float, Quantity or str, optional
@@ -70,8 +70,8 @@ class BinaryYarkovsky(Force):
     Notes
     -----
     The effect is that of Zhou et al. (2024), ApJL 968, L3. We could read their abstract, not their formula: the formula
-    here follows from the linear theory of heat for a sphere (Vokrouhlicky 1998), as the theory of forces in the
-    documentation derives it. The skin depth of the heat must be small relative to the radius.
+    here follows from the linear theory of heat conduction in a sphere (Vokrouhlicky 1998), as the theory of forces in
+    the documentation derives it. The thermal skin depth must be small relative to the radius.
 
     Examples
     --------
@@ -80,13 +80,13 @@ class BinaryYarkovsky(Force):
     >>> import fullbody
     >>> system, state = fullbody.systems.didymos_after_dart(units=True)
     >>> pressure, pole = fullbody.forces.solar_pressure("1.644 au", 0.384), (0.0569, -0.0172, 0.9982)
-    >>> heat = fullbody.forces.BinaryYarkovsky(
-    ...     "Dimorphos", "Didymos", pressure=pressure, thermal_inertia=320.0, pole=pole, name="heat"
+    >>> effect = fullbody.forces.BinaryYarkovsky(
+    ...     "Dimorphos", "Didymos", pressure=pressure, thermal_inertia=320.0, pole=pole, name="thermal"
     ... )
     >>> state = state.replace(spin=state.spin * [[1.0], [2.0]])
-    >>> force = system.with_force(heat).loads(state)["heat"].force[1]
-    >>> (force @ force).to("mN2").round(4)
-    <Quantity 0.0249 mN2>
+    >>> force = system.with_force(effect).loads(state)["thermal"].force[1]
+    >>> ((force @ force) ** 0.5).to("mN").round(3)
+    <Quantity 0.158 mN>
     """
 
     _called = "binary Yarkovsky on"
@@ -120,16 +120,14 @@ class BinaryYarkovsky(Force):
         return {role: value for role, value in arguments.items() if value is not None}
 
     def _thermal_time(self, inertia: float, pressure: float, units: Units) -> float:
-        """Return the square of the thermal inertia over that of emissivity times sigma times the cube of the subsolar
-        temperature, in a system's units.
-        """
+        """Return (thermal inertia / (emissivity sigma T^3))^2, T the subsolar temperature, in the unit of time."""
         if units is ANY:
-            # A force that belongs to no system yet is checked with any time.
+            # For a force that does not belong to a system yet, any time will do.
             return 1.0
         if not units.defined:
             expected = "expected a system with units, or a lag"
             raise InvalidInput(f"thermal_inertia of {self.name} is {inertia}, but the system has no units; {expected}")
-        seconds = (inertia / _radiated(pressure, self.albedo, self.emissivity, units)) ** 2
+        seconds = (inertia / _emission(pressure, self.albedo, self.emissivity, units)) ** 2
         return units.number(f"{seconds!r} s", "time", "thermal time")
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
@@ -143,12 +141,12 @@ class BinaryYarkovsky(Force):
         if (time := arguments.pop("thermal_time", None)) is not None:
             seconds = float(strip_to(units.attach(time, "time"), unit_named("s"), "thermal time"))
             pressure, albedo, emissivity = (described[role] for role in ("pressure", "albedo", "emissivity"))
-            arguments["thermal_inertia"] = sqrt(seconds) * _radiated(pressure, albedo, emissivity, units)
+            arguments["thermal_inertia"] = sqrt(seconds) * _emission(pressure, albedo, emissivity, units)
         return super()._of_core(arguments, units)
 
 
-def _radiated(pressure: float, albedo: float, emissivity: float, units: Units) -> float:
-    """Return emissivity times sigma times the cube of the subsolar temperature in the units of the SI."""
+def _emission(pressure: float, albedo: float, emissivity: float, units: Units) -> float:
+    """Return emissivity sigma T^3, T the subsolar temperature, in SI units."""
     from astropy import constants
 
     flux = float(strip_to(units.attach(pressure, "pressure"), unit_named("Pa"), "pressure")) * constants.c.value

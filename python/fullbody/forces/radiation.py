@@ -254,7 +254,7 @@ class Byorp(Force):
     See Also
     --------
     radiation_coefficients : Computes force and torque from a shape.
-    BinaryYarkovsky : The force of heat on a secondary that is not synchronous.
+    BinaryYarkovsky : The thermal force on a secondary that does not rotate synchronously.
 
     Notes
     -----

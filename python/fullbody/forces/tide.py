@@ -36,8 +36,8 @@ class Tide(Force):
         Love's number of degree two of the deformed body, from 0 to 1.5.
     lag : float or Quantity
         The time by which the bulge lags behind; :func:`lag_from_quality_factor` computes it from a quality factor. The
-        law is of first order in the angle by which the body turns in that time: a run warns if it exceeds a radian at
-        its start.
+        law is of first order in the angle by which the body rotates relative to the other one in that time; a run warns
+        if this angle exceeds a radian at its start.
     radius : float or Quantity, optional
         Radius of the deformed body; by default that of the sphere of its volume.
     name : str, optional
@@ -75,15 +75,15 @@ class Tide(Force):
 
     @classmethod
     def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
-        """Yield a warning if a body rotates by more than a radian within the lag, relative to the other one."""
+        """Yield a warning for a relative rotation or a revolution by more than a radian within the lag."""
         on, by, lag = (described[key] for key in ("on", "by", "lag"))
         deformed, raiser = context.index(on), context.index(by)
         r, v = start.position[raiser] - start.position[deformed], start.velocity[raiser] - start.velocity[deformed]
         orbital = np.cross(r, v) / (r @ r)
         spin = matrices(start.attitude[deformed]) @ start.spin[deformed]
-        # A spin about the line of the centres does not change the tide.
         distance = np.linalg.norm(r)
         rates = (spin - orbital, orbital)
+        # Only the part of a rate across the line of the centres displaces the bulge.
         relative, revolution = (lag * np.linalg.norm(np.cross(rate, r)) / distance for rate in rates)
         if max(relative, revolution) > 1.0:
             phrase = f"{on} turns relative to {by}" if relative >= revolution else f"{by} goes round {on}"

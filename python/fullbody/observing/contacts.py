@@ -3,7 +3,7 @@
 Each row is a contact, a disappearance or a reappearance, or a miss. As a line of sight passes a body, the measure f of
 the body's limb is nearly a quadratic function of time, nu^2 ((t - m)^2 - h^2), with the middle m of the
 chord and the square h^2 of half its duration, which is negative where the body misses the station. A contact is at
-m - h or m + h, located to the last digits. Where h is less than a bound h0 that the data set, it is continued linearly
+m - h or m + h, located to the last digits. Below a bound h0, which depends on the data alone, h is continued linearly
 in h^2 as (h0 + h^2 / h0) / 2, so that predictions are smooth functions of all parameters also for a body that misses.
 
 A miss has the time that the line of sight, within the watched interval, takes to leave the body by the shortest path at

@@ -148,7 +148,7 @@ class MeshLimb(Limb):
     """The limb of a polyhedron of the core.
 
     The outline consists of the edges between a face that is turned to the ray's source and one that is turned away.
-    They wind about a point as often as faces that are turned to it cover it.
+    Its winding number about a point is the number of faces turned to the source that cover it.
     """
 
     def __init__(self, polyhedron: _core.Polyhedron, position: Floats, rotation: Floats) -> None:

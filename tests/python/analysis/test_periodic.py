@@ -13,12 +13,12 @@ analysis = fullbody.analysis
 
 @pytest.fixture(scope="module")
 def orbit(ellipsoids, locked):
-    """A swing of both bodies out of the plane."""
+    """A periodic orbit on which both bodies librate out of the orbit's plane."""
     return analysis.periodic_orbit(ellipsoids, locked.modes.excited(-1, 0.05), locked.modes.period[-1])
 
 
 def closure_error(orbit, run):
-    """The distance by which a run over a period misses its start, rotated."""
+    """Return the largest difference between the end of a run and its start rotated by the orbit's rotation angle."""
     start, end = run[0], run[-1]
     R = support.rot_z(orbit.rotation_angle)
     results = [end.position - start.position @ R.T, end.velocity - start.velocity @ R.T, end.spin - start.spin]
@@ -27,7 +27,7 @@ def closure_error(orbit, run):
     return max(np.abs(part).max() for part in results)
 
 
-def test_a_periodic_orbit_closes_with_another_integrator(ellipsoids, orbit):
+def test_a_periodic_orbit_closes_with_another_integrator_and_not_at_half_its_period(ellipsoids, orbit):
     assert orbit.closure < 1e-12
     # The check takes other steps than the search.
     other = fullbody.Verner87(rtol=1e-14, atol=1e-14)
@@ -44,10 +44,10 @@ def test_multipliers_come_in_reciprocal_pairs(orbit):
     assert len(multipliers) == 12
     assert max(np.abs(1 / multiplier - multipliers).min() for multiplier in multipliers) < 1e-10
     assert max(np.abs(np.conj(multiplier) - multipliers).min() for multiplier in multipliers) < 1e-10
-    # At this amplitude a resonance has made it unstable, which no product of two of them shows.
+    # A resonance makes the orbit unstable at this amplitude; the pairs are reciprocal all the same.
     assert not orbit.linearly_stable
     assert abs(np.prod(multipliers) - 1.0) < 1e-9
-    # The whole matrix has six more: four at one, and two of turns of the angular momentum's axis.
+    # The monodromy matrix has six more eigenvalues: four ones, and two for a tilt of the angular momentum.
     eigenvalues = np.linalg.eigvals(orbit.monodromy)
     assert np.sum(np.abs(eigenvalues - 1) < 1e-4) == 4
     for sign in (1, -1):
@@ -57,17 +57,17 @@ def test_multipliers_come_in_reciprocal_pairs(orbit):
 @pytest.mark.parametrize("mode", [3, 5])
 def test_small_orbits_have_the_multipliers_of_the_modes(ellipsoids, locked, mode):
     modes = locked.modes
-    errors = []
+    period_changes = []
     for amplitude in (4e-3, 2e-3):
         result = analysis.periodic_orbit(ellipsoids, modes.excited(mode, amplitude), modes.period[mode])
-        errors.append(abs(result.period / modes.period[mode] - 1))
+        period_changes.append(abs(result.period / modes.period[mode] - 1))
         frequencies = np.delete(modes.frequency, mode)
         expected = np.exp(1j * frequencies * result.period)
         assert max(np.abs(multiplier - result.multipliers).min() for multiplier in expected) < 1e-3
         assert result.linearly_stable
     # The period changes with the square of the amplitude.
-    assert errors[0] < 1e-4
-    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+    assert period_changes[0] < 1e-4
+    assert period_changes[0] / period_changes[1] == pytest.approx(4.0, rel=0.1)
 
 
 def test_the_family_of_a_libration_has_the_period_of_a_pendulum(ellipsoids, locked):
@@ -79,13 +79,14 @@ def test_the_family_of_a_libration_has_the_period_of_a_pendulum(ellipsoids, lock
         run = ellipsoids.integrate(orbit.state, orbit.period, output=orbit.period / 64)
         amplitudes.append(np.abs(fullbody.observables.roll_pitch_yaw(run, body="B", about="A")[:, 2]).max())
     assert amplitudes[-1] > 0.5
-    # A pendulum of twice the angle: T = 4 K(sin A) / (2 pi) times that of small swings, for a light secondary.
+    # For a light secondary, twice the angle moves like a pendulum: the period at the amplitude A is 2 K(sin A) / pi
+    # times that of small librations.
     periods = np.array([orbit.period for orbit in family]) / locked.modes.period[3]
     pendulum = ellipk(np.sin(amplitudes) ** 2) * 2 / np.pi
     np.testing.assert_allclose(periods - 1, pendulum - 1, rtol=0.15)
 
 
-def test_an_unstable_orbit_has_the_growth_of_its_equilibrium(ellipsoids):
+def test_an_orbit_near_an_unstable_equilibrium_grows_at_its_rate(ellipsoids):
     near = analysis.relative_equilibrium(ellipsoids, separation=1.8)
     modes = near.modes
     growth = modes.growth.max()
@@ -112,7 +113,7 @@ def test_orbits_do_not_depend_on_the_number_of_segments(ellipsoids, locked, orbi
 
 
 def test_an_orbit_closes_after_a_half_turn_of_the_primary():
-    # Kepler's orbit about a body that turns freely: with half a turn of the primary in a third of a revolution.
+    # The primary rotates by half a turn relative to the orbit in a ninth of a revolution.
     bodies = body_list(A=(fullbody.Ellipsoid(0.8, 0.7, 0.6), 1.0), B=(fullbody.Ellipsoid(0.3, 0.27, 0.2), 0.02))
     system = fullbody.System(bodies, G=1.0)
     mean = analysis.averaged(system, "A", copies=8)
@@ -140,7 +141,9 @@ def test_sections_are_the_events_of_runs(ellipsoids, locked):
         expected = [np.linalg.norm(passage.state.position[1] - passage.state.position[0]) for passage in run.events]
         assert len(expected) > 2
         np.testing.assert_array_equal(values, expected)
-    # Two spheres fall together: what is there is kept, and the error is told.
+
+
+def test_a_section_keeps_the_crossings_before_a_collision():
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0) for _ in range(2)]
     system = fullbody.System(bodies, G=1.0)
     state = fullbody.State([[0, 0, 0], [6, 0, 0]], [[0, 0, 0], [0, 0, 0]])

@@ -46,8 +46,8 @@ def test_exactly_one_of_until_and_duration_is_expected(options, message):
         refused(f"{message} are given", lambda: run.fly(PARTICLE, **options))
 
 
-def test_a_text_before_the_start_causes_a_warning_of_a_backward_run():
-    with pytest.warns(InconsistentInput, match=r"runs? goes backwards by 6 h.*duration='1 day'"):
+def test_an_end_as_text_before_the_start_causes_a_warning_of_a_backward_run():
+    with pytest.warns(InconsistentInput, match=r"run goes backwards by 6 h.*duration='1 day'"):
         assert SYSTEM.integrate(LATER, "1 day", output="ends").time[-1].to_value("h") == 24.0
 
 
@@ -60,7 +60,7 @@ def test_a_spacing_longer_than_the_run_causes_a_warning():
         assert np.isclose(SYSTEM.integrate(LATER, 26.0, output="2 h").time[-1].value, 26.0)
 
 
-def test_many_runs_maps_and_sections_take_a_duration_from_the_time_of_each_start():
+def test_ensembles_sweeps_and_sections_count_a_duration_from_the_time_of_each_start():
     members = [(SYSTEM, STATE), (SYSTEM, LATER)]
     runs = fullbody.integrate_many(members, duration=["4 h", "2 h"], output="ends")
     assert [run.time[-1].to_value("h") for run in runs] == [4.0, 32.0]
@@ -95,7 +95,7 @@ def test_many_runs_maps_and_sections_take_a_duration_from_the_time_of_each_start
         fullbody.integrate_many([*members, members[0]], duration=[1.0, 2.0])
 
 
-def test_an_ensemble_warns_once_of_its_spacing():
+def test_an_ensemble_warns_once_of_backward_runs_and_once_of_its_spacing():
     members = [(SYSTEM, LATER.replace(time=late * u.h)) for late in (30.0, 31.0, 32.0)]
     with pytest.warns(InconsistentInput) as caught:
         fullbody.integrate_many(members, "1 day", output=100.0)
@@ -108,13 +108,13 @@ def test_an_ensemble_warns_once_of_its_spacing():
 @pytest.mark.filterwarnings("always")
 def test_sweeps_and_fits_warn_once_of_their_setup(recwarn):
     def setup(mass):
-        size = {"a": 1.0, "b": 1.0, "c": 1.0}
-        bodies = [fullbody.Body(fullbody.Ellipsoid(*size.values()), mass=mass * 1e3 * u.kg, name=name) for name in "AB"]
+        # The density is too low for a body, which causes a warning.
+        bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=mass * 1e3 * u.kg, name=name) for name in "AB"]
         state = fullbody.State([[0, 0, 0], [5.0, 0, 0]] * u.km, np.zeros((2, 3)))
         return fullbody.System(bodies, units=True), state
 
     fullbody.sweep(setup, {"mass": [1.0, 2.0, 3.0, 4.0]}, "1 h", measure="drift", output="ends")
-    # There is a warning for each body, because the names differ.
+    # The texts of the two bodies differ, so that each is warned of once.
     assert sorted(str(warning.message).partition(" has ")[0] for warning in recwarn.list) == ["A", "B"]
     recwarn.clear()
 
@@ -125,5 +125,6 @@ def test_sweeps_and_fits_warn_once_of_their_setup(recwarn):
     fullbody.fit(setup, {"mass": 2.0}, data)
     assert sum("density" in str(warning.message) for warning in recwarn.list) == 2
     recwarn.clear()
+    # Outside sweeps and fits every call warns.
     setup(1.0), setup(2.0)
     assert len(recwarn.list) == 4

@@ -1,4 +1,4 @@
-"""Runs and simulations: what is recorded when, backwards, in pieces, with a callback."""
+"""Runs: which samples are recorded, forwards and backwards, their energies and drifts, and reports of progress."""
 
 import fullbody
 import numpy as np
@@ -18,7 +18,7 @@ def test_output_none_is_every_accepted_step():
     assert (np.diff(run.time) > 0).all()
 
 
-def test_output_number_is_the_spacing_and_includes_the_end():
+def test_an_output_number_is_the_spacing_and_includes_the_end():
     assert SYSTEM.integrate(STATE, 10.0, output=2.5).time.tolist() == [0.0, 2.5, 5.0, 7.5, 10.0]
     assert SYSTEM.integrate(STATE, 10.0, output=4.0).time.tolist() == [0.0, 4.0, 8.0, 10.0]
     with pytest.warns(InconsistentInput, match="the run is only 10 long"):
@@ -45,7 +45,7 @@ def test_output_ends_is_start_and_end():
     refused("output is 'end'", lambda: SYSTEM.integrate(start, 15.0, output="end"))
 
 
-def test_output_array_is_exactly_those_times():
+def test_an_output_array_is_exactly_those_times():
     times = np.array([0.3, np.pi, 7.123456789, 9.0])
     run = SYSTEM.integrate(STATE, 10.0, output=times)
     assert np.array_equal(run.time, times)
@@ -105,7 +105,7 @@ def test_drifts_are_changes_from_the_start():
     assert np.abs(run.energy_drift).max() > 1e-13
 
 
-def test_drifts_of_what_is_zero_are_absolute():
+def test_drifts_from_zero_are_absolute():
     two = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)] * 2, G=1.0)
     run = two.integrate(fullbody.State([[0, 0, 0], [5, 3, 1]], np.zeros((2, 3))), 1.0, output=0.1)
     assert np.array_equal(run.angular_momentum_drift, np.linalg.norm(run.angular_momentum, axis=1))
@@ -114,7 +114,7 @@ def test_drifts_of_what_is_zero_are_absolute():
     run = single.integrate(fullbody.State([[0, 0, 0]], np.zeros((1, 3))), 1.0, output=0.1)
     for drift in (run.energy_drift, run.energy_drift_orbital, run.angular_momentum_drift):
         assert np.array_equal(drift, np.zeros(11))
-    # Relative to nothing they are neither in the table nor in the picture.
+    # Such drifts are neither in the table nor in the plot.
     assert "drift" not in repr(run) + run._repr_html_()
     assert not run.plot.energy().lines
 
@@ -152,16 +152,16 @@ def test_a_run_of_no_length_is_its_start():
     assert run.statistics.steps == 0
 
 
-def test_statistics_add_up():
+def test_evaluations_follow_from_the_number_of_steps():
     run = SYSTEM.integrate(STATE, 100.0)
     s = run.statistics
     assert s.steps > 50
     assert s.rejected >= 0
-    # Sixteen stages, fewer where a stage is kept from the step before; and some to choose the first step.
+    # A step has sixteen stages, of which one may be kept from the step before; some more choose the first step.
     assert 15 * s.steps <= s.evaluations <= 16 * (s.steps + s.rejected) + 10
 
 
-def test_the_repr_of_a_run_tells_its_end():
+def test_the_repr_of_a_run_has_its_samples_times_and_rule_of_gravity():
     text = repr(SYSTEM.integrate(STATE, 5.0, output=1.0))
     for word in ("6 samples", "0.0", "5.0", "steps", "focal"):
         assert word in text
@@ -169,7 +169,7 @@ def test_the_repr_of_a_run_tells_its_end():
 
 
 @pytest.mark.parametrize("until", [3.0, 3.001, 60.0, -60.0])
-def test_progress_function_gets_the_elapsed_and_the_total_time(until):
+def test_the_progress_function_receives_the_elapsed_and_the_total_time(until):
     reports = []
     system, state = fullbody.systems.kw4_ho2021()
     system.integrate(state.replace(time=3.0), until, output=[until], progress=lambda *a: reports.append(a))
@@ -182,7 +182,7 @@ def test_progress_function_gets_the_elapsed_and_the_total_time(until):
     assert [reports[0][2], reports[-1][2]] == ["t = 3", f"t = {until:.6g}"]
 
 
-def test_the_progress_function_receives_the_end_of_an_event():
+def test_the_progress_function_receives_the_time_of_an_event_that_ends_the_run():
     system, state = fullbody.systems.kw4()
     reports = []
     event = fullbody.events.Separation(0, 1, 2.557, terminal=True)
@@ -192,7 +192,7 @@ def test_the_progress_function_receives_the_end_of_an_event():
     assert reports[-1][:2] == (run.time[-1], 1e4)
 
 
-def test_exceptions_of_the_callback_propagate():
+def test_an_exception_of_the_progress_function_stops_a_simulation_that_can_continue():
     class Enough(Exception):
         pass
 
@@ -203,13 +203,12 @@ def test_exceptions_of_the_callback_propagate():
     sim = fullbody.Simulation(*fullbody.systems.kw4_ho2021(gravity="surface"))
     with pytest.raises(Enough):
         sim.integrate(1e6, progress=stop)
-    # Stopped, not broken.
     now = sim.time
     assert now < 1e5
     assert sim.integrate(now + 1.0).time[-1] == now + 1.0
 
 
-def test_the_progress_bar_ends_full(capsys):
+def test_the_progress_bar_ends_at_100_per_cent_and_is_off_by_default(capsys):
     SYSTEM.integrate(STATE, 50.0, progress=True)
     captured = capsys.readouterr()
     assert "100%" in captured.err

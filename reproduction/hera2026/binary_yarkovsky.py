@@ -9,13 +9,14 @@ from .inputs import INPUTS
 
 __all__ = ["RATE", "consequences"]
 
-#: The shrinking of the orbit if Dimorphos left synchronous rotation, cm a year (Z24, abstract of the first version).
+#: The drift of the semi-major axis if Dimorphos left synchronous rotation, cm a year (Z24, first version's abstract).
 RATE: Final = -7.0
+#: Hours in a Julian year.
 YEAR: Final = 8766.0
 
 
 def consequences(rate: float, semi_major_axis: float, hours: float = measures.ARRIVAL_TIME) -> dict[str, float]:
-    """Return the changes of period and longitude by a steady drift of the semi-major axis until arrival.
+    """Return the changes of period and longitude by a steady drift of the semi-major axis from the impact on.
 
     Parameters
     ----------
@@ -24,7 +25,7 @@ def consequences(rate: float, semi_major_axis: float, hours: float = measures.AR
     semi_major_axis : float
         The semi-major axis in m.
     hours : float
-        The time since the impact.
+        The time since the impact, by default that of the arrival of Hera.
 
     Returns
     -------
