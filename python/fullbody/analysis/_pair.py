@@ -13,7 +13,8 @@ from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base import rotations
 from ..base.kinds import instance
 from ..errors import BodiesOverlap, InvalidInput

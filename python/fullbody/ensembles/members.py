@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import repeat
 from typing import Any, TypeAlias
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.kinds import instance, whole_number
 from ..base.progress import Progress, Report
 from ..base.units import from_text

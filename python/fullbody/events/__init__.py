@@ -18,7 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import directions
 from ..base.kinds import Declared, Number, body_index, crossing_direction, direction, flag, function, of_kind
 from ..base.limits import POSITIVE

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.atomic import check_suffix
 from ..base.unit_names import unit_named
 from ..base.units import without_unit

@@ -9,7 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import directions, refuse_mixture, warn_if_degrees
 from ..base.kinds import Number, instance, whole_number
 from ..base.limits import POSITIVE, Limits

@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.kinds import flag, of_kind
 from ..base.units import Units
 from ..base.values import UnstoredFunction

@@ -9,7 +9,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.kinds import Number, body_index, choice, direction, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import number

@@ -9,7 +9,8 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base import epochs
 from ..base.kinds import Number, instance, of_kind
 from ..base.limits import POSITIVE

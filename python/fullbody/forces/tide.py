@@ -8,7 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import refuse_mixture
 from ..base.kinds import Number, body_index, choice, of_kind
 from ..base.limits import POSITIVE

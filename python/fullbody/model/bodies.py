@@ -9,7 +9,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import name_of, refuse_mixture
 from ..base.attributes import Attribute
 from ..base.kinds import Number, instance, with_unit

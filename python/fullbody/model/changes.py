@@ -6,7 +6,8 @@ from typing import Any, Literal, Protocol, Self, TypeVar
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base import rotations
 from ..base.arguments import directions, index_of, warn_if_degrees
 from ..base.kinds import Number, choice

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import sequence
 from ..base.kinds import Declared, Number, instance, of_kind, with_unit
 from ..base.limits import NONZERO, NOT_NEGATIVE, POSITIVE, Limits

@@ -8,7 +8,8 @@ from functools import cached_property
 from itertools import count
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import index_of, normal_form, suggestion
 from ..base.tables import Table
 from ..base.units import Units

@@ -7,7 +7,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, Interrupted
 from .context import Context
 

@@ -7,7 +7,8 @@ from dataclasses import MISSING, dataclass, fields, replace
 from math import cbrt, pi
 from typing import Any, ClassVar, Self
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import integer, name_of, sequence
 from ..base.kinds import Declared, Number, kinds_of
 from ..base.limits import POSITIVE

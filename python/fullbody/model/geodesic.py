@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
+import fullbody._core as _core
+
 from ..typing import Floats
 
 

@@ -9,7 +9,8 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.atomic import other_reader
 from ..base.attributes import Attribute
 from ..base.kinds import Number

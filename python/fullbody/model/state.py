@@ -7,7 +7,8 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base import rotations
 from ..base.arguments import refuse_unknown, warn_if_degrees
 from ..base.attributes import Attribute

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import refuse_mixture
 from ..base.attributes import Attribute
 from ..base.kinds import Number, choice, whole_number, with_unit

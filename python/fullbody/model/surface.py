@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..typing import Floats
 
 

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.unit_names import unit_named
 from ..model.context import Context
 from ..model.force import KINDS

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import names_of, sequence
 from ..base.atomic import as_path, replacing
 from ..base.progress import Progress, over_time

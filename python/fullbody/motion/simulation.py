@@ -9,7 +9,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.atomic import as_path, content, other_reader
 from ..base.attributes import Attribute, WithUnit
 from ..base.limits import Limits

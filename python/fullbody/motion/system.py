@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any, Literal, Self
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base import epochs
 from ..base.arguments import integer, normal_form, refuse_unknown, sequence
 from ..base.attributes import Attribute

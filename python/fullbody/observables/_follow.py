@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
+import fullbody._core as _core
+
 from ..typing import Floats
 
 #: The least number of points per revolution, and the number of powers of e by which the harmonics fall within them.

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import directions, normal_form, suggestion
 from ..base.kinds import flag, instance
 from ..base.units import Units, numbers

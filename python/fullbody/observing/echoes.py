@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.kinds import choice, flag, instance
 from ..base.limits import FINITE, Limits
 from ..base.rotations import matrices

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.kinds import choice
 from ..base.limits import Limits
 from ..base.units import UNITLESS

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.rotations import matrices, products
 from ..errors import InvalidInput
 from ..model.context import SystemLike

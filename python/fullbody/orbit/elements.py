@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Generic, overload
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import refuse_mixture, warn_if_degrees
 from ..base.tables import Table, Tabled, head
 from ..base.unit_names import unit_named

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import generator, warn_if_degrees
 from ..base.attributes import Attribute
 from ..base.kinds import whole_number

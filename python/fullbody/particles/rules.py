@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.kinds import Declared, Number, flag, of_kind
 from ..base.limits import FRACTION, NOT_NEGATIVE, POSITIVE
 from ..errors import InvalidInput

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.arguments import sequence
 from ..base.kinds import instance, whole_number
 from ..base.progress import Progress, Report, over_time

@@ -10,7 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base import rotations
 from ..base.figures import grid, legend
 from ..errors import InvalidInput

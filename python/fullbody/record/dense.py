@@ -9,7 +9,8 @@ from typing import Any, overload
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.context import Context

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any, ClassVar, Literal, get_args
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.kinds import Declared, Number, choice, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.units import Units

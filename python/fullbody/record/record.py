@@ -10,7 +10,8 @@ from typing import Any, Generic, Self, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.attributes import Attribute
 from ..base.tables import Tabled
 from ..base.values import ByName

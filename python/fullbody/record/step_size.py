@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base.limits import POSITIVE, Limits
 from ..base.units import UNITLESS
 from ..errors import InvalidInput, NotConverged, StepSizeTooSmall

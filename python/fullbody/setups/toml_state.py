@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+import fullbody._core as _core
+
 from ..base import rotations
 from ..base.kinds import Kind, Number, direction, kinds_of
 from ..forces import BinaryYarkovsky, Byorp, Force, ThirdBody, Tide, Yorp
