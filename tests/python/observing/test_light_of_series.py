@@ -4,7 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import ConvexShape, HarmonicShape, observing
-from fullbody.model.geodesic import geodesic_mesh, harmonics
+from fullbody.model.geodesic import geodesic_mesh, mesh_harmonics
 
 AXES = np.array([1.2, 1.0, 0.85])
 VIEWS = [([1.0, 0.2, 0.3], [0.8, 0.6, 0.1]), ([-0.3, 1.0, 0.4], [0.5, 0.9, -0.6]), ([0.1, -0.2, 1.0], [1.0, 0.1, 0.9])]
@@ -31,7 +31,7 @@ def light(shape, toward, sunward, **options):
 
 
 def series(function, degree):
-    return np.linalg.lstsq(harmonics(20, degree), np.log(function(geodesic_mesh(20).points)), rcond=None)[0]
+    return np.linalg.lstsq(mesh_harmonics(20, degree), np.log(function(geodesic_mesh(20).points)), rcond=None)[0]
 
 
 @pytest.mark.parametrize("kind", [ConvexShape, HarmonicShape])
