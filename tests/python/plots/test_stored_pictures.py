@@ -160,6 +160,23 @@ def image(seen, ax):
     run.plot.delay_doppler(8.0 * u.h, geometry, delays, frequencies, ax, transmit_frequency=8.56 * u.GHz)
 
 
+def chords(forced, ax):
+    """Chords of Didymos and Dimorphos, one with a single contact and one miss."""
+    path = {"to_observer": [[1e7, -2.0, 0.0], [1e7, 4.0, 0.0]] * u.km, "frame": "ecliptic"}
+    heights = np.array([-0.25, -0.1, 0.0, 0.1, 0.25, 0.6])
+    stations = np.stack([0.0 * heights, 0.0 * heights, heights], axis=1) * u.km
+    star, geometry = [-1.0, 0.0, 0.0], observing.Geometry([0.0, 300.0] * u.s, **path)
+    seen = observing.occultation_chords(forced, star, stations, geometry)
+    ends = {name: np.full(6, np.nan) for name in ("disappearance", "reappearance")}
+    for chord in (chord for chord in seen if chord.body == "Didymos"):
+        for name, values in ends.items():
+            values[chord.station] = getattr(chord, name).to_value("s")
+    ends["reappearance"][4] = np.nan
+    times = {name: values * u.s for name, values in ends.items()}
+    where = {"star": star, "stations": stations, "geometry": geometry, "body": "Didymos"}
+    observing.StellarOccultation(**times, sigma=0.5 * u.s, **where).plot(forced, ax)
+
+
 def residuals_of_data(request):
     """Astrometry with its predictions and residuals, in a figure of its own size."""
     fit = request.getfixturevalue("tracked")
@@ -190,6 +207,7 @@ PICTURES = {
     "sky": of("seen", lambda seen, ax: seen[0].plot.sky(5.0 * u.h, seen[1], ax)),
     "radar_spectrum": of("seen", spectrum),
     "delay_doppler": of("seen", image),
+    "chords": of("forced", chords),
     "data": residuals_of_data,
     "sky_track": of("tracked", lambda fit, ax: fit.plot.sky(ax)),
     "residuals": of("tracked", lambda fit, ax: fit.plot.residuals([ax])),
