@@ -67,7 +67,13 @@ def refuse_booleans(value: object, what: str, expected: str = "numbers") -> None
         raise InvalidInput(f"{what} is an array of True and False; expected numbers")
     if isinstance(value, list | tuple):
         for part in value:
-            refuse_booleans(part, what, expected)
+            if not _is_number(part):
+                refuse_booleans(part, what, expected)
+
+
+def _is_number(value: object) -> bool:
+    """Return whether a value is one of Python's own numbers, of which True and False are none."""
+    return type(value) is float or type(value) is int
 
 
 def numbers(value: object, what: str, expected: str = "numbers") -> Floats:
@@ -101,7 +107,11 @@ def as_quantity(value: Any, what: str, dimension: str = "any", expected: str = "
     Quantities' numbers and drop their units. Masked values are refused, since numpy would take what lies under the
     mask. The dimension chooses the example in error messages.
     """
-    if isinstance(value, float | int) or (type(value) is np.ndarray and value.dtype.kind in "fiu"):
+    kind = type(value)
+    if isinstance(value, float | int) or (kind is np.ndarray and value.dtype.kind in "fiu"):
+        return value
+    # These two need no conversion, and asking them for attributes that they lack takes as long as a small computation.
+    if kind.__module__ == "astropy.units.quantity" or (kind in (list, tuple) and all(map(_is_number, value))):
         return value
     if isinstance(value, str):
         return from_text(value, what, dimension, expected)
