@@ -145,7 +145,7 @@ GOOD = [*HEAD, "ENDMETADATA", "DATA=2455817.7|7.3|0.004", "ENDDATA"]
         (2, "a line of text", "line 3: the line is 'a line of text'; expected KEYWORD=value or ENDMETADATA"),
         (2, "OBJECTNAME=Vesta", "line 3: OBJECTNAME is given twice, first in line 2; expected one value"),
         (2, "LTCAPP=YES", "line 3: LTCAPP is 'YES'; expected NONE or AVERAGE or POINT"),
-        (2, "LTCTYPE=LIGHTTIME", "line 3: LTCTYPE is LIGHTTIME and LTCAPP NONE; expected NONE for both or none"),
+        (2, "LTCTYPE=LIGHTTIME", "line 3: LTCTYPE is LIGHTTIME and LTCAPP NONE; expected NONE for both or for neither"),
         (2, "LTCAPP=AVERAGE", "line 1: the block has no LTCDAYS, and has LTCAPP=AVERAGE; expected a number"),
         (2, "REDUCEDMAGS=AVERAGE", "line 1: the block has no UCORMAG, and has REDUCEDMAGS=AVERAGE"),
         (2, "MAGADJUST=much", "line 3: MAGADJUST is 'much'; expected a number"),
