@@ -57,7 +57,7 @@ class _Block(NamedTuple):
         return self.metadata.get(keyword, (0, ""))[1].upper() or "NONE"
 
     def number(self, text: Text, keyword: str, reason: str = "") -> float:
-        """Return the number of a keyword, zero if the block lacks it, or an error if it then has a ``reason`` for it."""
+        """Return the number of a keyword, zero if the block lacks it, or an error if there is a ``reason`` for it."""
         line, value = self.metadata.get(keyword, (self.line, ""))
         if not value and reason:
             text.fail(line, f"the block has no {keyword}, and has {reason}; expected a number")
@@ -338,7 +338,7 @@ def _lines_of(data: Photometry, keywords: dict[str, str]) -> Iterator[str]:
         )
         columns = [rows["magnitude"], rows["sigma"], *([rows["airmass"]] if "airmass" in rows.colnames else [])]
         for time, *values in zip(utc, *columns, strict=True):
-            # The two parts of JD are rounded before they are added, since their sum would lose digits.
+            # The fraction of the day is taken from the two parts of JD, since their sum would lose digits.
             days, fraction = divmod(round((time.jd1 % 1.0 + time.jd2) * 1e8), 10**8)
             yield f"DATA={math.floor(time.jd1) + days}.{fraction:08d}" + "".join(f"|{value:+.6f}" for value in values)
         yield "ENDDATA"

@@ -68,7 +68,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("text", REFUSED)
-def test_a_text_of_another_form_is_refused(text):
+def test_a_malformed_text_is_refused(text):
     refused(re.escape(REFUSED[text]), lambda: as_quantity(text, "mass", "mass"))
 
 
