@@ -9,7 +9,7 @@ from support.fits import kw4, view
 
 
 def expected_with(jitter, covariance, residuals):
-    """The sums of squared pulls of the rows, and the logarithms of the factors by which a jitter raises determinants."""
+    """The sums of squared pulls of the rows, and the logarithms of the growth of the determinants by a jitter."""
     wider = covariance + np.diag(np.broadcast_to(np.square(jitter), covariance.shape[-1]))
     squares = np.einsum("ki,ki->k", residuals, np.linalg.solve(wider, residuals[..., None])[..., 0])
     return squares, np.log(np.linalg.det(wider) / np.linalg.det(covariance))
