@@ -47,8 +47,9 @@ class ConvexSeries:
     """The light of a convex body at the K times of light curves, for poles near the last of the ``axes`` (3, 3).
 
     The coefficients are relative to that of degree zero, which is one. The prior standard deviation of a coefficient of
-    degree l is ``smoothness`` / l; those of degree one are free, although a closed surface has none. The ``limits``, in
-    radians, are the largest tilt of the pole, and the largest change of the rotation angle over the span of the times.
+    degree l is ``smoothness`` / l; those of degree one are not fixed at zero, although a closed surface has none. The
+    ``limits``, in radians, are the largest tilt of the pole, and the largest change of the rotation angle over the span
+    of the times.
     """
 
     def __init__(

@@ -176,7 +176,7 @@ def attitude(component: Component, plane: Any, angle: float | None) -> Any:
 
 
 def angle_towards(component: Component, plane: Any, direction: Any) -> float:
-    """Return the angle from the node at which the projection of a direction on the equator meets the x-axis."""
+    """Return the angle from the node to the projection of a direction on the body's equator."""
     x, y, z = rotations.matrices(equator(component, plane)).T
     if np.linalg.norm(np.cross(z, direction)) <= 1e-12 * np.linalg.norm(direction):
         raise InvalidInput("the secondary's pole points at the primary; no rotation about it aligns the long axis")
