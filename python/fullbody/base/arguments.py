@@ -1,4 +1,4 @@
-"""Checks that many functions share: places of bodies, directions, names of options."""
+"""Checks that many functions share: bodies, directions, angles, seeds and names of options."""
 
 from __future__ import annotations
 
@@ -18,13 +18,11 @@ from .units import UNITLESS, as_quantity, is_quantity, numbers, similar_names
 _T = TypeVar("_T")
 
 _TOLERANCE = "integrator=fullbody.Verner98({}=...)"
-#: Names that other programs and earlier versions use, with the names that they may mean here. The first of these that a
-#: function has is suggested, with the rest of its text, which may say how to give it.
+#: Names that other programs and earlier versions use, with the names that they may mean here. The first of these whose
+#: first word is an option of the function is suggested.
 _SYNONYMS: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("primary", "i"), ("about", "i")),
-    **dict.fromkeys(("secondary", "j"), ("body", "j")),
-    "body": ("i",),
-    "about": ("j",),
+    **dict.fromkeys(("primary", "i"), ("about",)),
+    **dict.fromkeys(("secondary", "j"), ("body",)),
     **dict.fromkeys(("t_end", "tend", "tmax", "t_max", "t_final", "end", "duration"), ("until",)),
     **dict.fromkeys(("t_eval", "times", "spacing", "saveat"), ("output", "time")),
     **dict.fromkeys(("dt", "h", "step_size", "timestep"), ("step", "output")),
@@ -56,12 +54,12 @@ _SYNONYMS: dict[str, tuple[str, ...]] = {
 
 
 def normal_form(text: Any) -> Any:
-    """Return a text in the normal form NFC, since an accent may be one character or two, and others unchanged."""
+    """Return a text in the normal form NFC, since an accented letter may be one character or two; else the value."""
     return unicodedata.normalize("NFC", text) if isinstance(text, str) else text
 
 
 def argument_names(parameters: Mapping[Any, _T]) -> dict[Any, _T]:
-    """Return parameters by names in the normal form of Python's identifiers, NFKC; others are refused."""
+    """Return parameters by names in the normal form of Python's identifiers, NFKC; other names are refused."""
     names = {unicodedata.normalize("NFKC", k) if isinstance(k, str) else k: value for k, value in parameters.items()}
     for name in names:
         if not isinstance(name, str) or not name.isidentifier():
@@ -79,12 +77,12 @@ def integer(value: object) -> int | None:
 
 
 def generator(rng: object) -> np.random.Generator:
-    """Return the generator of an argument ``rng``, which is a whole number, zero or above, or a numpy generator."""
+    """Return the generator of an argument ``rng``: itself, or one with a whole number, zero or above, as its seed."""
     return rng if isinstance(rng, np.random.Generator) else np.random.default_rng(seed_of(rng))
 
 
 def seed_of(rng: object) -> int:
-    """Return the seed of an argument ``rng``: a whole number, zero or above, which a numpy generator draws."""
+    """Return the seed of an argument ``rng``: a whole number, zero or above, given or drawn from a numpy generator."""
     seed = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else integer(rng)
     if seed is None or seed < 0:
         raise InvalidInput(f"rng is {rng!r}; expected a whole number, zero or above, or a numpy.random.Generator")
@@ -92,7 +90,7 @@ def seed_of(rng: object) -> int:
 
 
 def index_of(value: object, names: Sequence[str], what: str) -> int:
-    """Return the index of a body from its index or name, or raise an error that lists all."""
+    """Return the index of a body from its index or name, or raise an error that lists the ``names`` of all."""
     if isinstance(value, str):
         value = normal_form(value)
         if value in names:
@@ -106,7 +104,7 @@ def index_of(value: object, names: Sequence[str], what: str) -> int:
 
 
 def sequence(value: Any, kind: type[_T], what: str, expected: str, members_expected: str) -> tuple[_T, ...]:
-    """Return a sequence of objects of one kind, or raise an error that shows an object of another kind."""
+    """Return a sequence of objects of one kind, or raise an error that shows the first of another kind."""
     try:
         members = tuple(value)
     except TypeError as error:
@@ -126,7 +124,7 @@ def names_of(value: Any, what: str) -> list[str]:
 
 
 def name_of(value: object) -> str | None:
-    """Check a body's name, which is ``None`` or text that files and pictures can hold."""
+    """Return a body's name in the form NFC, or ``None``; text that files and pictures cannot hold is refused."""
     if value is None:
         return None
     if not isinstance(value, str):
@@ -148,7 +146,7 @@ def refuse_mixture(values: dict[str, Any]) -> bool:
 
 
 def directions(value: Any, what: str, single: bool = False) -> Floats:
-    """Return vectors (..., 3), or one (3,), of any length above zero and in any unit as numbers."""
+    """Return vectors (..., 3), or one (3,), of any length above zero in any unit, as numbers of the same length."""
     value = as_quantity(value, what)
     vectors = UNITLESS.numbers(getattr(value, "value", value), "number", what, (3,) if single else ("...", 3))
     if not vectors.any(axis=-1).all():
@@ -157,7 +155,7 @@ def directions(value: Any, what: str, single: bool = False) -> Floats:
 
 
 def warn_if_degrees(value: Any, what: str, turns: float = 2.0) -> None:
-    """Warn of plain numbers that look like angles in degrees: above so many turns, up to 3600, at most six decimals.
+    """Warn of plain numbers that look like degrees: above ``turns`` in radians, up to 3600, with at most six decimals.
 
     Sums and differences of two angles within a turn stay below two turns. An angle that a program has computed, such as
     an integrated rotation or a mean anomaly, may be larger, but it has all its digits.
@@ -176,7 +174,7 @@ def warn_if_degrees(value: Any, what: str, turns: float = 2.0) -> None:
 
 
 def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
-    """Return the longitude and latitude of a direction in radians."""
+    """Return a pair of longitude and latitude in radians."""
     expected = "expected (longitude, latitude) in radians, the latitude from -pi/2 to pi/2, or Quantities"
     try:
         longitude, latitude = value
@@ -191,7 +189,7 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
 
 
 def suggestion(name: str, names: Iterable[str], quantifier: str = "some") -> str:
-    """Return a phrase for an unknown name: the name that it may mean, and the list of all."""
+    """Return the part of an error about an unknown name: the name that it may mean, and the list of all names."""
     names = list(names)
     synonyms = [synonym for synonym in _SYNONYMS.get(name, ()) if re.split(r"\W", synonym)[0] in names]
     similar = synonyms or similar_names(name, names)
@@ -199,7 +197,7 @@ def suggestion(name: str, names: Iterable[str], quantifier: str = "some") -> str
 
 
 def refuse_unknown(names: Iterable[str], options: Iterable[str], owner: str) -> None:
-    """Raise an error for the first unknown name."""
+    """Raise an error for the first name that is none of the options of the ``owner``."""
     options = list(options)
     for name in names:
         if name not in options:
@@ -207,7 +205,7 @@ def refuse_unknown(names: Iterable[str], options: Iterable[str], owner: str) -> 
 
 
 def options_of(function: Callable[..., Any]) -> list[str]:
-    """Return the names of a function's own arguments."""
+    """Return the names of a function's arguments, without ``self``, ``cls``, ``*args`` and ``**kwargs``."""
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     parameters = inspect.signature(function).parameters.items()
     return [name for name, p in parameters if p.kind in kinds and name not in ("self", "cls")]

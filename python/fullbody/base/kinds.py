@@ -1,8 +1,11 @@
-"""Kinds of values of arguments and fields: each checks a value, and returns it or raises an error."""
+"""Kinds of values of arguments and fields: functions that return a checked value or raise an error.
+
+The argument ``what`` names the value in errors.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -16,7 +19,7 @@ from .values import ScalarFields
 
 
 def whole_number(value: object, what: str, least: int = 1, most: float = np.inf, other: str = "") -> int:
-    """Return a whole number within bounds as an ``int``; ``other`` names alternatives in the error."""
+    """Return a whole number within bounds as an ``int``; ``other`` ends the error, with alternatives to a number."""
     number = integer(value)
     if number is None or not least <= number <= most:
         bounds = {0: ", zero or above", 1: " above zero"}.get(least, f", {least} or more")
@@ -25,8 +28,8 @@ def whole_number(value: object, what: str, least: int = 1, most: float = np.inf,
     return number
 
 
-def choice(value: Any, what: str, words: Iterable[Any]) -> Any:
-    """Return a value that is one of a few texts, or ``None`` where that is one of them."""
+def choice(value: Any, what: str, words: Collection[Any]) -> Any:
+    """Return a value that is one of ``words``: texts, and ``None`` where that is one of them."""
     if not any(type(value) is type(word) and value == word for word in words):
         *first, last = map(repr, words)
         first = [", ".join(first)] if first else []
@@ -35,7 +38,7 @@ def choice(value: Any, what: str, words: Iterable[Any]) -> Any:
 
 
 def flag(value: object, what: str) -> bool:
-    """Return ``True`` or ``False`` of Python or numpy as a ``bool``."""
+    """Return a ``bool`` from ``True`` or ``False`` of Python or numpy."""
     if not isinstance(value, bool | np.bool_):
         raise InvalidInput(f"{what} is {value!r}; expected True or False")
     return bool(value)
@@ -49,7 +52,7 @@ def function(value: Any, what: str, expected: str = "a function") -> Any:
 
 
 def instance(value: Any, what: str, kind: Any, expected: str = "") -> Any:
-    """Return an object of a class, or of one of several."""
+    """Return an object of the class ``kind``, or of one of several, which ``expected`` then describes."""
     if not isinstance(value, kind):
         raise InvalidInput(f"{what} is {value!r}; expected {expected or f'a {kind.__name__}'}")
     return value
@@ -61,12 +64,12 @@ def with_unit(value: Any, dimension: str, units: Units) -> Any:
 
 
 def direction(value: Any, what: str) -> tuple[float, ...]:
-    """Return a vector (3,) of any length above zero and in any unit, as a tuple, which can be compared and hashed."""
+    """Return a vector (3,) of any length above zero in any unit as a tuple, which can be compared and hashed."""
     return tuple(map(float, directions(value, what, single=True)))
 
 
 def crossing_direction(value: object, what: str) -> int:
-    """Return the direction in which a function has to go through zero."""
+    """Return the direction in which a function crosses zero: 1 rising, -1 falling, 0 either."""
     if (number := integer(value)) not in (-1, 0, 1):
         raise InvalidInput(f"{what} is {value!r}; expected -1, 0 or 1")
     return number
@@ -76,8 +79,8 @@ def crossing_direction(value: object, what: str) -> int:
 class Number:
     """The kind of a number, or of an array of numbers, that may have a unit.
 
-    A shape has letters where any length will do; ``required`` says whether the number is refused if it is missing,
-    although the field has a default of ``None``.
+    A letter in the shape stands for any length. A missing number is refused if ``required``, although the field has a
+    default of ``None``.
     """
 
     dimension: str = "number"
@@ -86,9 +89,10 @@ class Number:
     required: bool = False
 
     def __call__(self, value: Any, what: str) -> Any:
-        """Return a value with its own unit, after all checks that need no system."""
+        """Return a value in its own unit, after all checks that need no system."""
         if value is None and self.required:
             raise InvalidInput(f"{what} is not given; expected {self.limits.expected(self.shape != ())}")
+        # Any unit of the dimension passes; only the checks count here.
         self.unitless(value, what, ANY)
         return as_quantity(value, what, self.dimension)
 
@@ -112,12 +116,12 @@ Kind = Callable[[Any, str], Any]
 
 
 def of_kind(kind: Kind) -> dict[str, Kind]:
-    """Return the metadata of a field of a dataclass that has values of a kind."""
+    """Return the metadata by which a field of a dataclass declares the kind of its values."""
     return {"kind": kind}
 
 
 def kinds_of(owner: Any) -> dict[str, Kind]:
-    """Return the kinds of all fields of a dataclass that have one, by their names."""
+    """Return the kinds of a dataclass's fields by name, of those that have one."""
     return {entry.name: entry.metadata["kind"] for entry in fields(owner) if "kind" in entry.metadata}
 
 
@@ -130,25 +134,26 @@ class Declared(ScalarFields):
         self._check_fields()
 
     def _what(self, name: str, of: str = "") -> str:
-        """Return how errors call a field, of an object with a name that its owner knows."""
+        """Return how errors call a field: its name, and ``of``, the name of the object, or else its class."""
         return f"{name} of {of or type(self).__name__}"
 
     def _check_fields(self) -> None:
-        """Check all fields that have a value, and replace it by the value that the kind returns."""
+        """Check all fields that have a value or need one, and replace it by the value that the kind returns."""
         for entry in fields(self):  # type: ignore[arg-type]
             kind, value = entry.metadata.get("kind"), getattr(self, entry.name)
             if kind and (value is not None or entry.default is not None or getattr(kind, "required", False)):
                 object.__setattr__(self, entry.name, kind(value, self._what(entry.name)))
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
-        """Return all numbers that have a value and a dimension, by their names, with their dimensions."""
+        """Return the values and dimensions of all numbers that have both, by name."""
         kinds = {name: kind for name, kind in kinds_of(self).items() if isinstance(kind, Number)}
         values = {name: (getattr(self, name), kind.dimension) for name, kind in kinds.items()}
         return {name: entry for name, entry in values.items() if entry[0] is not None and entry[1] != "number"}
 
     def _unitless(self, units: Units, index: Callable[[Any, str], Any] | None = None, of: str = "") -> dict[str, Any]:
-        """Return the numbers among the fields in a system's units, ``None`` for missing ones; with the function
-        ``index``, which takes a body and its name in errors, also what that returns for the bodies.
+        """Return the numbers among the fields in a system's units, ``None`` for missing ones, by name.
+
+        With a function ``index`` of a body and of how errors call it, the indices of bodies are returned as well.
         """
         numbers = {}
         for name, kind in kinds_of(self).items():

@@ -1,4 +1,7 @@
-"""Rotations: quaternions ``[w, x, y, z]`` and matrices."""
+"""Rotations: quaternions ``[w, x, y, z]``, matrices, rotation vectors and Tait-Bryan angles.
+
+An attitude is the quaternion of the rotation from the body frame to the inertial one.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ def about_axis(axis: int, angle: float) -> Floats:
 
 
 def about(axis: Any, angle: float) -> Floats:
-    """Return the quaternion (4,) of a rotation by an angle in radians about an axis (3,) of any length."""
+    """Return the quaternion (4,) of a rotation by an angle in radians about an axis (3,) of any length above zero."""
     direction = np.asarray(axis, dtype=np.float64)
     # The axis is scaled first, since squares of numbers near the limits of floats overflow or vanish.
     direction = direction / np.abs(direction).max()
@@ -28,7 +31,7 @@ def about(axis: Any, angle: float) -> Floats:
 
 
 def of_plane(node: float, inclination: float) -> Floats:
-    """Return the attitude (4,) of the plane of an orbit: its x-axis points to the node and its z-axis to the pole."""
+    """Return the attitude (4,) of a plane: its x-axis points to the ascending node and its z-axis to the pole."""
     return product(about_axis(2, node), about_axis(0, inclination))
 
 
@@ -62,7 +65,7 @@ def unit_vectors(longitude: Any, latitude: Any) -> Floats:
 
 
 def rates(attitudes: Floats, spins: Floats) -> Floats:
-    """Return the rates (..., 4) of attitudes (..., 4) that rotate with spins (..., 3) in their body frames."""
+    """Return the time derivatives (..., 4) of attitudes (..., 4), from the spins (..., 3) in their body frames."""
     return 0.5 * products(attitudes, np.insert(spins, 0, 0.0, axis=-1))
 
 
@@ -70,11 +73,12 @@ def of_vectors(vectors: Any) -> Floats:
     """Return the quaternions (..., 4) of rotation vectors (..., 3), whose length is the angle in radians."""
     v = np.asarray(vectors, dtype=np.float64)
     angle = np.linalg.norm(v, axis=-1, keepdims=True)
+    # np.sinc(x) is sin(pi x) / (pi x), with a value at zero.
     return np.concatenate([np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * v], axis=-1)
 
 
 def between(first: Floats, second: Floats) -> Floats:
-    """Return the shortest rotation vectors (..., 3), in the frame of the first, from attitudes (..., 4) to others."""
+    """Return the shortest rotation vectors (..., 3) from attitudes (..., 4) to others, in the first body frames."""
     rotation = products(inverse(first), second)
     scalar, vector = rotation[..., :1], np.where(rotation[..., :1] < 0.0, -rotation[..., 1:], rotation[..., 1:])
     sine = np.linalg.norm(vector, axis=-1, keepdims=True)
@@ -83,7 +87,10 @@ def between(first: Floats, second: Floats) -> Floats:
 
 
 def quaternion(matrix: Any) -> Floats:
-    """Return the quaternion (4,) of a rotation matrix (3, 3); Bar-Itzhack (2000), J. Guid. Control Dyn. 23, 1085."""
+    """Return the quaternion (4,) with w >= 0 of a rotation matrix (3, 3).
+
+    It is an eigenvector of the matrix of Bar-Itzhack (2000, J. Guid. Control Dyn. 23, 1085).
+    """
     m = np.asarray(matrix, dtype=np.float64)
     k = np.zeros((4, 4))
     k[1:, 1:] = m + m.T - np.trace(m) * np.eye(3)
@@ -94,13 +101,16 @@ def quaternion(matrix: Any) -> Floats:
 
 
 def matrices(quaternions: Any) -> Floats:
-    """Return rotation matrices (..., 3, 3), body frame to inertial, of quaternions (..., 4)."""
+    """Return the rotation matrices (..., 3, 3) of quaternions (..., 4)."""
     q = np.asarray(quaternions, dtype=np.float64)
     return _core.rotation_matrices(q.reshape(-1, 4)).reshape(*q.shape[:-1], 3, 3)
 
 
 def tait_bryan(quaternions: Any) -> Floats:
-    """Return the paper's angles (K, 3), phi and psi in (-pi, pi] and theta in [-pi/2, pi/2], of quaternions (K, 4)."""
+    """Return the Tait-Bryan angles (K, 3) of quaternions (K, 4): phi, theta and psi of R = Rz(psi) Ry(theta) Rx(phi).
+
+    Phi and psi are in (-pi, pi], theta is in [-pi/2, pi/2].
+    """
     q = np.ascontiguousarray(quaternions, dtype=np.float64)
     zeros = np.zeros((len(q), 3))
     return _core.State(0.0, zeros, zeros, q, zeros).tait_bryan if len(q) else zeros

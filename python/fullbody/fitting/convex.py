@@ -2,13 +2,13 @@
 
 The light of a convex body is the integral of the scattering law over the directions n of its surface normals, weighted
 by the area G(n) that the body has per solid angle of normals (Kaasalainen, Lamberg, Lumme & Bowell 1992, Astron.
-Astrophys. 259, 318). With G a series of spherical harmonics about the pole the light is linear in its coefficients. A
-rotation by phi about the pole multiplies the terms of order m by cos(m phi) and sin(m phi), so that the integrals over
+Astrophys. 259, 318). If G is a series of spherical harmonics about the pole, the light is linear in the coefficients of
+G. A rotation by phi about the pole multiplies the complex terms of order m by exp(i m phi), so that the integrals over
 the sphere do not depend on the period: they are computed once for each pole.
 
-With a pole that is tilted by a small vector p the longitudes psi of the bisectors between the directions to the
-observer and to the Sun change, which is taken into account exactly; what is left of the integrals, B exp(i m psi), is
-linear in p to a good approximation.
+If the pole is tilted by a small vector p, the longitude psi of the bisector between the directions to the observer and
+to the Sun changes. An integral of order m is B exp(i m psi): psi is computed exactly, and B, here the reduced integral,
+is nearly linear in p.
 """
 
 from __future__ import annotations
@@ -22,18 +22,21 @@ from ..typing import Floats
 from .curves import Curves
 from .poles import tilted
 
-#: The least light relative to that of a sphere.
+#: The light relative to that of a sphere below which coefficients are refused: the series has become negative.
 _MIN_LIGHT = 0.02
-#: The relative change of the minimised sum and the damping at which iterations end, and their largest number.
-_TOLERANCE, _MAX_DAMPING, _MAX_ITERATIONS = 1e-3, 1e3, 15
-#: The tilt, in radians, over which integrals are differenced.
+#: The relative decrease of the minimised sum below which iterations end, and their largest number.
+_TOLERANCE, _MAX_ITERATIONS = 1e-3, 15
+#: The damping of the first step, its factors after a step that lowers the sum and after one that does not, and the
+#: damping above which iterations end.
+_DAMPING, _EASED, _RAISED, _MAX_DAMPING = 5e-3, 0.2, 8.0, 1e3
+#: The tilt, in radians, whose central differences are the derivatives of the reduced integrals.
 _TILT = 0.1
-#: Magnitudes per unit of the natural logarithm of the light.
-_MAGNITUDES = 2.5 / np.log(10.0)
+#: The change in magnitudes per unit of the natural logarithm of the light.
+_MAGNITUDES_PER_LOG = 2.5 / np.log(10.0)
 
 
 class ConvexMinimum(NamedTuple):
-    """The least chi2 (B,) near B frequencies, and the frequencies (B,) and tilts (B, 2) of the pole at which it is."""
+    """The minima near B frequencies: chi2 (B,) without prior terms, frequencies (B,) and tilts of the pole (B, 2)."""
 
     chi2: Floats
     frequency: Floats
@@ -41,10 +44,12 @@ class ConvexMinimum(NamedTuple):
 
 
 class ConvexSeries:
-    """The light of a convex body at the K times of light curves, for poles near the last of some axes (3, 3).
+    """The light of a convex body at the K times of light curves, for poles near the last of the ``axes`` (3, 3).
 
-    The prior standard deviation of a coefficient of degree l is ``smoothness`` / l, and the ``limits`` are the largest
-    tilt of the pole, and the largest change of the rotation angle over the span of the times.
+    The coefficients are relative to that of degree zero, which is one. The prior standard deviation of a coefficient of
+    degree l is ``smoothness`` / l; those of degree one are not fixed at zero, although a closed surface has none. The
+    ``limits``, in radians, are the largest tilt of the pole, and the largest change of the rotation angle over the span
+    of the times.
     """
 
     def __init__(
@@ -53,17 +58,17 @@ class ConvexSeries:
         terms = [(n, m) for n in range(degree + 1) for m in range(n + 1)]
         degrees, self._orders = (np.array(part) for part in zip(*terms, strict=True))
         self._has_sine, zonal = self._orders > 0, degrees * (degrees + 1)
-        # The cosine and the sine of an order are the parts of a complex harmonic, which a rotation gives a phase.
+        # The terms with cosine and sine are the parts of a complex harmonic, which a rotation multiplies by a phase.
         real = harmonics(curves.normals, degree)
         values = real[:, zonal + self._orders] + 1j * np.where(self._has_sine, real[:, zonal - self._orders], 0.0)
         weights = curves.areas[:, None] * values
-        #: Vectors between the directions to the observer and to the Sun, in the frame whose z-axis is the pole.
+        #: Vectors (K, 3) along the bisectors, in the frame of the axes.
         self._bisector = curves.lights.sum(axis=0) @ axes.T
         self._times, self._pulls, self._basis = curves.times, curves.pulls, curves.basis
-        self._scale, self._limits = _MAGNITUDES / curves.sigma, limits
+        self._scale, self._limits = _MAGNITUDES_PER_LOG / curves.sigma, limits
 
         def reduced_integrals(tilt: Floats) -> Any:
-            """Return the integrals (K, C) of the scattering law times each harmonic about a tilted pole."""
+            """Return B (K, C) of each harmonic about a tilted pole, relative to the integral of degree zero."""
             values = curves.light(curves.lights @ tilted(axes, tilt).T, weights)
             psi = self._longitudes(tilt[None])[0][0]
             return values / values[:, :1].real * np.exp(-1j * np.outer(psi, self._orders))
@@ -73,19 +78,25 @@ class ConvexSeries:
         self._tilt_derivatives = [
             (reduced_integrals(step) - reduced_integrals(-step)) / (2.0 * _TILT) for step in steps
         ]
-        unknown = np.concatenate([degrees[1:], degrees[self._has_sine]])
-        #: The squared inverse prior errors of coefficients, tilts and angle; the latter matter for a sphere alone.
-        self._weight = np.append((unknown / smoothness) ** 2, np.array([limits[0], limits[0], limits[1]]) ** -2.0)
-        #: The times from the middle, in units of the span.
+        degrees_of_unknowns = np.concatenate([degrees[1:], degrees[self._has_sine]])
+        #: The inverse prior variances of coefficients, tilts and angle. The priors of tilts and angle keep the matrix
+        #: regular for a sphere, whose light does not depend on them.
+        self._prior = np.append(
+            (degrees_of_unknowns / smoothness) ** 2, np.array([limits[0], limits[0], limits[1]]) ** -2.0
+        )
         self._span = float(np.ptp(curves.times))
+        #: The times from the middle of the span, in units of the span.
         self._relative_times = (curves.times - 0.5 * (curves.times.min() + curves.times.max())) / self._span
 
     def minimum(self, frequency: Floats) -> ConvexMinimum:
-        """Return the minima near frequencies (B,), in radians per unit of time, by Levenberg and Marquardt's method."""
-        batch, size = len(frequency), len(self._weight)
+        """Return the minima near frequencies (B,), in radians per unit of time, by Levenberg and Marquardt's method.
+
+        The unknowns x of each frequency are the coefficients, two tilts and the change of the angle over the span.
+        """
+        batch, size = len(frequency), len(self._prior)
         x, least, chi2 = np.zeros((batch, size)), np.full(batch, np.inf), np.full(batch, np.inf)
         matrix, gradient = np.empty((batch, size, size)), np.empty((batch, size))
-        damping, trial, active = np.full(batch, 5e-3), x.copy(), np.arange(batch)
+        damping, trial, active = np.full(batch, _DAMPING), x.copy(), np.arange(batch)
         for _ in range(_MAX_ITERATIONS):
             evaluated = self._evaluated(frequency[active], trial[active])
             better = evaluated.total < least[active]
@@ -97,7 +108,7 @@ class ConvexSeries:
                 evaluated.chi2[better],
             )
             matrix[accepted], gradient[accepted] = evaluated.matrix[better], evaluated.gradient[better]
-            damping[active] *= np.where(better, 0.2, 8.0)
+            damping[active] *= np.where(better, _EASED, _RAISED)
             done = better & (gain <= _TOLERANCE * evaluated.total) | (damping[active] > _MAX_DAMPING)
             active = active[~done]
             if not len(active):
@@ -112,7 +123,7 @@ class ConvexSeries:
         return ConvexMinimum(chi2, frequency + x[:, -1] / self._span, x[:, -3:-1])
 
     def _evaluated(self, frequency: Floats, x: Floats) -> _Evaluated:
-        """Return the minimised sum with its derivatives at coefficients, tilts and angles (B, n)."""
+        """Return the minimised sum with its derivatives at unknowns x (B, n)."""
         tilt = x[:, -3:-1]
         psi, by_tilt = self._longitudes(tilt)
         angle = psi - np.outer(frequency, self._times) - np.outer(x[:, -1], self._relative_times)
@@ -130,16 +141,16 @@ class ConvexSeries:
         pulls = self._pulls + self._scale * np.log(light)
         projected_rows, projected_pulls = self._basis.T @ rows, pulls @ self._basis
         chi2 = np.where(usable, np.sum(pulls**2, axis=1) - np.sum(projected_pulls**2, axis=1), np.inf)
-        matrix = rows.swapaxes(1, 2) @ rows - projected_rows.swapaxes(1, 2) @ projected_rows + np.diag(self._weight)
-        gradient = (pulls[:, None] @ rows)[:, 0] - (projected_pulls[:, None] @ projected_rows)[:, 0] + self._weight * x
-        return _Evaluated(chi2, chi2 + np.sum(self._weight * x**2, axis=1), gradient, matrix)
+        matrix = rows.swapaxes(1, 2) @ rows - projected_rows.swapaxes(1, 2) @ projected_rows + np.diag(self._prior)
+        gradient = (pulls[:, None] @ rows)[:, 0] - (projected_pulls[:, None] @ projected_rows)[:, 0] + self._prior * x
+        return _Evaluated(chi2, chi2 + np.sum(self._prior * x**2, axis=1), gradient, matrix)
 
     def _design(self, terms: Any) -> Floats:
-        """Return the relative light (B, K, n) of each unknown coefficient: cosines, then sines."""
+        """Return the relative light (B, K, C) of a unit of each coefficient: of cosines, then of sines."""
         return np.concatenate([terms[..., 1:].real, terms[..., self._has_sine].imag], axis=-1)
 
     def _light(self, terms: Any, x: Floats) -> Floats:
-        """Return the relative light (B, K) of all coefficients."""
+        """Return the relative light (B, K) of all coefficients except the constant one, which gives one."""
         count = terms.shape[-1] - 1
         series = np.zeros((len(x), count + 1), dtype=complex)
         series[:, 1:] = x[:, :count]
@@ -166,7 +177,10 @@ class ConvexSeries:
 
 
 class _Evaluated(NamedTuple):
-    """Chi2 and the minimised sum (B,), with half its gradient (B, n) and the matrix (B, n, n) of Gauss and Newton."""
+    """Chi2 and the minimised sum (B,), which is chi2 plus prior terms, with half the gradient (B, n) of the sum.
+
+    The ``matrix`` (B, n, n) is half its second derivatives in the approximation of Gauss and Newton.
+    """
 
     chi2: Floats
     total: Floats

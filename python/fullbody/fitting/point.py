@@ -1,8 +1,12 @@
 """The pulls of a fit at values of its parameters, their derivatives, and the linear unknowns of the observations.
 
-Let z be the pulls with all linear unknowns zero, and A the design. The unknowns b are those at which the sum of the
-losses of z - A b is least. The solver of the fit receives only these pulls, with their exact derivatives (variable
-projection, Golub & Pereyra 1973), so that linear unknowns cost neither iterations nor runs.
+Let z be the pulls (residuals divided by errors) with all linear unknowns zero, and A the design. The unknowns b are
+those at which the sum of the losses of z - A b is least. The solver of the fit receives only the pulls z - A b, with
+their exact derivatives (variable projection, Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413), so that linear
+unknowns cost neither iterations nor runs.
+
+The contracted numbers of M pulls and L unknowns are M + L + 1 numbers from whose derivatives those of z - A b follow:
+the pulls for constant b, and L + 1 weighted sums over the elements of A (:meth:`LinearModel.contracted`).
 """
 
 from __future__ import annotations
@@ -28,13 +32,13 @@ from .setup_result import SetupResult
 if TYPE_CHECKING:
     from ..motion.run import Run
 
-#: The absolute and relative size of a step at which the solution for a robust loss has converged, and the largest
+#: The absolute and relative length of a step at which the solution for a robust loss has converged, and the largest
 #: number of steps.
 _ABSOLUTE, _RELATIVE, _STEPS = 1e-9, 1e-13, 200
 
 
 def model_of(observation: Any, run: Any) -> LinearModel:
-    """Return the pulls of observations as a function of their linear unknowns, which a class of the user may lack."""
+    """Return the pulls of observations as a function of their linear unknowns; a class of the user may have none."""
     if hasattr(observation, "linear"):
         model: LinearModel = observation.linear(run)
     else:
@@ -48,10 +52,10 @@ def model_of(observation: Any, run: Any) -> LinearModel:
 class InnerSolution:
     """The solution of a fit's inner problem: the L linear unknowns at which the sum of the losses of M pulls is least.
 
-    The ``values`` (L,) of the ``unknowns`` are the solution, and the ``pulls`` (M,) those of all observations there;
-    shared unknowns of the same name in several observations are one unknown. The ``projection`` is the factorisation of
-    the ``design`` (M, L) of all observations, and ``held`` has for each of the models the constants with which it is
-    differentiated.
+    The ``values`` (L,) of the ``unknowns`` are the solution, and the ``pulls`` (M,) those of all observations at the
+    solution. Shared unknowns of the same name in several observations are one unknown. The ``projection`` is the
+    factorisation of the ``design`` (M, L) of all observations, and ``held`` has for each of the models the constants
+    with which it is differentiated.
     """
 
     def __init__(self, models: Sequence[LinearModel], loss: Loss) -> None:
@@ -62,16 +66,17 @@ class InnerSolution:
         self._rows = [slice(first, last) for first, last in itertools.pairwise(ends)]
         for model, rows, columns in zip(models, self._rows, self._columns, strict=True):
             design[rows, columns] = model.design.reshape(model.pulls.size, len(columns))
-        numbers = np.concatenate([model.pulls.ravel() for model in models])
+        pulls_at_zero = np.concatenate([model.pulls.ravel() for model in models])
         self.design = design
         self.projection = Projection(design, [unknown.name for unknown in self.unknowns])
         basis = self.projection.basis
-        coordinates = basis.T @ numbers
+        coordinates = basis.T @ pulls_at_zero
         if not loss.linear and self.unknowns:
-            coordinates = _robust(numbers, basis, coordinates, loss)
+            coordinates = _robust(pulls_at_zero, basis, coordinates, loss)
         self.values = self.projection.unknowns(coordinates)
-        self.pulls = numbers - basis @ coordinates
+        self.pulls = pulls_at_zero - basis @ coordinates
         slope, self._curvature = loss.influence(self.pulls)
+        # Psi is half the derivative of the loss.
         psi, inverse = slope * self.pulls, self.projection.inverse
         self.held = [
             Held(
@@ -92,7 +97,7 @@ class InnerSolution:
         return self.values[self._columns[index]]
 
     def gathered(self, parts: Sequence[Floats]) -> Floats:
-        """Return the contracted numbers (M + L + 1, ...) of all models together from those of each of them."""
+        """Return the contracted numbers (M + L + 1, ...) of all models from those of each of them."""
         count = len(self.pulls)
         gathered = np.zeros((count + len(self.unknowns) + 1, *parts[0].shape[1:]))
         for part, rows, columns, size in zip(parts, self._rows, self._columns, self._sizes, strict=True):
@@ -102,11 +107,14 @@ class InnerSolution:
         return gathered
 
     def contracted(self, models: Sequence[LinearModel]) -> Floats:
-        """Return the contracted numbers (M + L + 1,) of other models with the constants of these."""
+        """Return the contracted numbers (M + L + 1,) of other models with the constants of this solution."""
         return self.gathered([model.contracted(held) for model, held in zip(models, self.held, strict=True)])
 
-    def sizes(self) -> tuple[Floats, npt.NDArray[np.intp]]:
-        """Return the scales (M + L + 1,) of the rounding errors of contracted numbers, and their kinds, 0 to 2."""
+    def rounding_scales(self) -> tuple[Floats, npt.NDArray[np.intp]]:
+        """Return the sizes (M + L + 1,) to which rounding errors of contracted numbers are relative, and their kinds.
+
+        The kinds are 0 for the pulls, 1 for the sums over columns of the design, and 2 for that over all of it.
+        """
         rows = np.full(len(self.pulls), max(1.0, float(np.abs(self.pulls).max(initial=0.0))))
         columns = np.linalg.norm(self.design, axis=0) * max(1.0, float(np.linalg.norm(self.pulls)))
         kinds = np.repeat([0, 1, 2], [len(rows), len(columns), 1])
@@ -121,13 +129,16 @@ class InnerSolution:
 
 
 def padded(by: FunctionDerivatives) -> FunctionDerivatives:
-    """Return derivatives of pulls as those of the contracted numbers of observations without linear unknowns."""
+    """Return derivatives of pulls as those of the contracted numbers of observations without linear unknowns.
 
-    def column(values: Floats) -> Floats:
+    Their one sum, over an empty design, is zero.
+    """
+
+    def with_zero(values: Floats) -> Floats:
         return np.append(values.reshape(-1, values.shape[-1]), np.zeros((1, values.shape[-1])), axis=0)
 
-    by_parameter = {name: column(values[..., None])[:, 0] for name, values in by.by_parameter.items()}
-    return FunctionDerivatives(by.value, column(by.start), by_parameter)
+    by_parameter = {name: with_zero(values[..., None])[:, 0] for name, values in by.by_parameter.items()}
+    return FunctionDerivatives(by.value, with_zero(by.start), by_parameter)
 
 
 def _joined(models: Sequence[LinearModel]) -> tuple[list[Any], tuple[LinearUnknown, ...]]:
@@ -144,13 +155,13 @@ def _joined(models: Sequence[LinearModel]) -> tuple[list[Any], tuple[LinearUnkno
     return [np.array([indices[key] for key in of_model], dtype=np.intp) for of_model in keys], named
 
 
-def _robust(numbers: Floats, basis: Floats, coordinates: Floats, loss: Loss) -> Floats:
+def _robust(pulls_at_zero: Floats, basis: Floats, coordinates: Floats, loss: Loss) -> Floats:
     """Return the coordinates (L,) in an orthonormal basis (M, L) at which a sum of losses has its minimum.
 
-    A step is Newton's where it lowers the sum, and that of reweighted least squares otherwise, which never raises the
-    sum of a loss that is concave in the squares.
+    A step is Newton's unless it raises the sum, and otherwise that of reweighted least squares, which never raises the
+    sum of a loss that is concave in the squares. Where both raise it, the coordinates are the minimum up to rounding.
     """
-    pulls = numbers - basis @ coordinates
+    pulls = pulls_at_zero - basis @ coordinates
     cost = loss.total(pulls)
     for _ in range(_STEPS):
         slope, curvature = loss.influence(pulls)
@@ -176,8 +187,8 @@ class EvaluatedPoint:
     """Predictions at ``values`` (P,) of the parameters.
 
     The ``run``, of the system and state in ``setup_result``, has samples at all times that the ``observations`` need.
-    Their pulls are ``models`` of their linear unknowns, for which ``inner`` is the solution, and ``errors`` are those
-    of the observations whose errors depend on parameters, by their index.
+    The ``models`` are the pulls of each of the observations as functions of the linear unknowns, of which ``inner`` is
+    the solution. The ``errors``, by the index of the observations, are those that depend on parameters.
     """
 
     values: Floats
@@ -195,19 +206,19 @@ class EvaluatedPoint:
 
     @property
     def pulls(self) -> list[Floats]:
-        """The pulls of each of the observations, (K, C)."""
+        """The pulls of each of the observations, in its own shape (K, C)."""
         parts = zip(self.inner.split(self.rows), self.models, strict=True)
         return [part.reshape(model.pulls.shape) for part, model in parts]
 
     def linear_values(self, i: int) -> dict[str, Any]:
-        """Return the linear unknowns of one of the observations by the names that it has for them."""
+        """Return the linear unknowns of observations ``i`` by the names that these have for them."""
         pairs = zip(self.models[i].unknowns, self.inner.values_of(i).tolist(), strict=True)
         return {unknown.name: value if unknown.unit is None else value * unknown.unit for unknown, value in pairs}
 
     @property
     def log_determinant(self) -> float:
-        """The sum of the logarithms of the determinants of the errors' covariance and of the information about linear
-        unknowns, minus the same sum without a jitter.
+        """The sum of the logarithms of the determinants of the errors' covariance and of the information matrix of the
+        linear unknowns, minus the same sum without a jitter. It is not negative but for rounding, which is cut off.
         """
         if not self.errors:
             return 0.0
@@ -226,11 +237,11 @@ class PullJacobian:
     Attributes
     ----------
     rows : ndarray, (M, P)
-        Derivatives of the pulls for constant errors, where the linear unknowns are solved for again.
+        Derivatives of the pulls for constant errors, while the linear unknowns follow as the solution.
     explicit : ndarray, (M, P)
         Derivatives of the pulls for constant linear unknowns.
     log_determinant : ndarray, (P,)
-        Half the derivatives of the logarithm of the determinant of the information about linear unknowns.
+        Half the derivatives of the logarithm of the determinant of the information matrix of the linear unknowns.
     noise : dict of dict of ndarray, (K, C, C)
         The relative changes of the covariances of errors, by the index of the parameter and of the observations.
     differenced : dict of str
@@ -238,7 +249,7 @@ class PullJacobian:
     differenced_observations : dict of str
         The reasons why predictions were differenced with respect to the states, by ``"observations[i]"``.
     kinks : bool
-        Whether parameters deform faces: where a face leaves the view, the derivatives of the light jump.
+        Whether parameters deform faces: where a face turns out of view, the derivatives of the light jump.
     """
 
     rows: Floats

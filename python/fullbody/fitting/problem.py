@@ -236,7 +236,7 @@ class Problem:
                     parts.append(relative_change(errors.without_jitter, shifted_errors.without_jitter).ravel())
             return np.concatenate([point.inner.contracted(models) - base, *parts])
 
-        scale, kinds = point.inner.sizes()
+        scale, kinds = point.inner.rounding_scales()
         sizes = [point.errors[i].covariance.size for i in changing if i in point.errors for _ in range(2)]
         noise = np.concatenate([ROUNDING * scale, np.full(sum(sizes), _ROUNDING_OF_ERRORS)])
         groups = np.concatenate([kinds, 3 + np.repeat(np.arange(len(sizes)), sizes)])
@@ -262,7 +262,7 @@ class Problem:
         def shifted(by: float) -> Floats:
             return point.inner.contracted(self._point(self.parameters.shifted(point.values, k, by)).models) - base
 
-        scale, kinds = point.inner.sizes()
+        scale, kinds = point.inner.rounding_scales()
         return self._derivative(shifted, point, k, _NOISE * scale, kinds)
 
     def _derivative(

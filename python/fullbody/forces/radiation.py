@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from math import pi, sqrt
 from typing import Any, Self
@@ -319,7 +319,7 @@ class Byorp(Force):
         return super()._of_core({name: value for name, value in described.items() if name not in absent}, units)
 
 
-def _check_normalization(force: Yorp | Byorp, names: Iterable[str], needs_pressure: bool) -> None:
+def _check_normalization(force: Yorp | Byorp, names: Collection[str], needs_pressure: bool) -> None:
     """Refuse an unknown normalisation, a missing pressure, and arguments of coefficients without a coefficient."""
     if force.normalization is not None:
         choice(force.normalization, f"normalization of {force.name}", names)

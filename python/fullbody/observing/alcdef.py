@@ -26,33 +26,38 @@ _DELIMITERS = {"PIPE": "|", "TAB": "\t"}
 #: Values of the keywords of corrections: not applied, one value for the block, or one for each point.
 _APPLIED = ("NONE", "AVERAGE", "POINT")
 #: The values that the standard allows for keywords.
-_WORDS = {
+_ALLOWED = {
     "LTCAPP": _APPLIED,
     "LTCTYPE": ("NONE", "LIGHTTIME"),
     "REDUCEDMAGS": _APPLIED,
     "DELIMITER": tuple(_DELIMITERS),
     "STANDARD": ("NONE", "INTERNAL", "TRANSFORMED"),
 }
-#: Other keywords that the reader uses, each of which a block has at most once.
+#: Other keywords that the reader uses. Like those above, each is in a block at most once.
 _SINGLE = ("OBJECTNUMBER", "OBJECTNAME", "SESSIONDATE", "SESSIONTIME", "FILTER", "LTCDAYS", "UCORMAG", "MAGADJUST")
 #: Keywords that the writer sets itself, and those that its user has to give.
 _WRITTEN = ("SESSIONDATE", "SESSIONTIME", "LTCAPP", "LTCTYPE", "LTCDAYS", "REDUCEDMAGS", "UCORMAG", "DIFFERMAGS")
 _REQUIRED = ("OBJECTNUMBER", "OBJECTNAME", "CONTACTNAME", "CONTACTINFO", "OBSERVERS", "FILTER", "MAGBAND", "STANDARD")
+#: The least error and airmass that are written: numbers have six decimals, and an error of zero counts as absent.
+_LEAST = 1e-6
 
 
 class _Block(NamedTuple):
-    """A block of a file: its first line, its keywords with the lines of these, and its rows (K, 4), NaN if absent."""
+    """A block of a file: its first line, its keywords with their lines and values, and its rows (K, 4).
+
+    A row has JD, magnitude, error and airmass, the last two NaN where they are absent.
+    """
 
     line: int
     metadata: dict[str, tuple[int, str]]
     rows: Floats
 
     def word(self, keyword: str) -> str:
-        """Return the value of a keyword in capitals, or NONE if the block does not have it."""
+        """Return the value of a keyword in capitals, or "NONE" if the block does not have it."""
         return self.metadata.get(keyword, (0, ""))[1].upper() or "NONE"
 
     def number(self, text: Text, keyword: str, reason: str = "") -> float:
-        """Return the number of a keyword, or zero if the block does not have it; with a ``reason`` this is an error."""
+        """Return the number of a keyword, zero if the block lacks it, or an error if there is a ``reason`` for it."""
         line, value = self.metadata.get(keyword, (self.line, ""))
         if not value and reason:
             text.fail(line, f"the block has no {keyword}, and has {reason}; expected a number")
@@ -60,7 +65,7 @@ class _Block(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The session with its filter, which names the night."""
+        """The date and time of the session with its filter, as the name of the night."""
         parts = [self.metadata.get(key, (0, ""))[1] for key in ("SESSIONDATE", "SESSIONTIME", "FILTER")]
         return " ".join(part for part in parts if part) or f"line {self.line}"
 
@@ -79,30 +84,30 @@ def read_alcdef(
         each time (``LTCAPP=POINT``).
     sigma : float, Quantity or array_like, () or (C,), or "estimate"
         Standard errors in magnitudes in place of those of the file: one number, or one for each of the C blocks. A file
-        without errors is treated as by :func:`read_damit`.
+        without errors has them estimated as by :func:`read_damit`.
     airmass : bool
-        Whether to take the airmasses of the file, in which each block then has a free slope.
+        Whether to take the airmasses of the file; each block then has a free slope in airmass, its extinction.
     **options
         Options of :class:`Photometry` other than ``zero``, ``night``, ``filter`` and ``reduced``.
 
     Returns
     -------
     list of Photometry
-        One for each block, with a free zero point named by its date, time and filter. The constants of a block are
-        taken into account: its light time (``LTCAPP=AVERAGE``) and correction to unit distances
-        (``REDUCEDMAGS=AVERAGE``) are removed, ``MAGADJUST`` is added.
+        One for each block, with a free zero point named by its date, time and filter. One light time
+        (``LTCAPP=AVERAGE``) and one correction to unit distances (``REDUCEDMAGS=AVERAGE``) for the whole block are
+        removed, and ``MAGADJUST`` is added.
 
     Raises
     ------
     InvalidInput
-        For content of another form, values that the standard does not allow, keywords that contradict each other,
-        blocks of several asteroids, and times with another treatment of light time than that of the geometry; the
-        message names the line.
+        For lines that are not of the format, values that the standard does not allow, keywords that contradict each
+        other, blocks of several asteroids, and times whose light time is not treated as in the geometry; the message
+        names the line.
 
     Notes
     -----
-    Keywords that the standard does not have are ignored, as it prescribes. Files of the archive may lack ``ENDDATA``,
-    and errors of zero there count as absent.
+    Keywords that the standard does not have are ignored, as it prescribes. Some files of the archive lack ``ENDDATA``,
+    or have errors of zero, which count as absent.
 
     References
     ----------
@@ -151,16 +156,18 @@ def read_alcdef(
 def _photometry(
     text: Text, block: _Block, sigma: Any, geometry: Vectors, airmass: bool, options: dict[str, Any]
 ) -> Photometry:
+    """Return the photometry of a block, with the constants of the block applied."""
     with need("observing", "dates of light curves"):
         from astropy.time import Time
 
     if airmass and np.isnan(block.rows[:, 3]).any():
         text.fail(block.line, f"the block of {block.name} has points without an airmass; expected airmass=False")
+    # Both were added in the file: the light time as a negative number of days, the correction in magnitudes.
     days = block.number(text, "LTCDAYS", "LTCAPP=AVERAGE") if block.word("LTCAPP") == "AVERAGE" else 0.0
-    shift = block.number(text, "UCORMAG", "REDUCEDMAGS=AVERAGE") if block.word("REDUCEDMAGS") == "AVERAGE" else 0.0
+    correction = block.number(text, "UCORMAG", "REDUCEDMAGS=AVERAGE") if block.word("REDUCEDMAGS") == "AVERAGE" else 0.0
     return Photometry(
         Time(block.rows[:, 0], -days, format="jd", scale="utc"),
-        block.rows[:, 1] - shift + block.number(text, "MAGADJUST"),
+        block.rows[:, 1] - correction + block.number(text, "MAGADJUST"),
         sigma,
         geometry=geometry,
         night=np.full(len(block.rows), block.name),
@@ -171,6 +178,8 @@ def _photometry(
 
 
 def _blocks(text: Text) -> Iterator[_Block]:
+    """Yield the blocks of a file; a line that a block may not have at its place is an error."""
+    # The first line of the block, zero between blocks; the rows are None until the metadata have ended.
     start = 0
     metadata: dict[str, tuple[int, str]] = {}
     rows: list[list[float]] | None = None
@@ -187,10 +196,10 @@ def _blocks(text: Text) -> Iterator[_Block]:
             rows = []
         elif start and rows is None and match and match[1] != "DATA":
             key, value = match[1], match[2].strip()
-            if key in metadata and key in (*_WORDS, *_SINGLE):
+            if key in metadata and key in (*_ALLOWED, *_SINGLE):
                 text.fail(line, f"{key} is given twice, first in line {metadata[key][0]}; expected one value")
-            if value and value.upper() not in _WORDS.get(key, (value.upper(),)):
-                text.fail(line, f"{key} is {value!r}; expected {' or '.join(_WORDS[key])}")
+            if value and value.upper() not in _ALLOWED.get(key, (value.upper(),)):
+                text.fail(line, f"{key} is {value!r}; expected {' or '.join(_ALLOWED[key])}")
             metadata[key] = line, value
         elif rows is not None and match and match[1] == "DATA":
             delimiter = _DELIMITERS[metadata.get("DELIMITER", (0, ""))[1].upper() or "PIPE"]
@@ -208,7 +217,7 @@ def _blocks(text: Text) -> Iterator[_Block]:
 
 
 def _point(text: Text, line: int, words: Sequence[str]) -> list[float]:
-    """Return JD, magnitude, error and airmass, NaN where the last two are absent."""
+    """Return JD, magnitude, error and airmass; the last two are NaN where they are absent or zero."""
     if not 2 <= len(words) <= 4:
         text.fail(line, f"DATA has {len(words)} fields; expected JD, magnitude, its error and the airmass")
     numbers = [
@@ -220,17 +229,18 @@ def _point(text: Text, line: int, words: Sequence[str]) -> list[float]:
 
 
 def _check(text: Text, block: _Block, first: _Block, geometry: Vectors) -> None:
-    """Raise an error for a block of another asteroid, or with times other than those of the geometry."""
+    """Raise an error for a block of another asteroid, or whose light time is not treated as in the geometry."""
     for key in ("OBJECTNUMBER", "OBJECTNAME"):
         line, name = block.metadata.get(key, (block.line, ""))
         if name != (expected := first.metadata.get(key, (0, ""))[1]):
             text.fail(
                 line, f"{key} is {name!r}, after {expected!r} in the first block; expected blocks of one asteroid"
             )
-    applied, kind = block.word("LTCAPP"), block.word("LTCTYPE")
-    if "LTCTYPE" in block.metadata and (applied == "NONE") != (kind == "NONE"):
+    applied, ltc_type = block.word("LTCAPP"), block.word("LTCTYPE")
+    if "LTCTYPE" in block.metadata and (applied == "NONE") != (ltc_type == "NONE"):
         text.fail(
-            block.metadata["LTCTYPE"][0], f"LTCTYPE is {kind} and LTCAPP {applied}; expected NONE for both or none"
+            block.metadata["LTCTYPE"][0],
+            f"LTCTYPE is {ltc_type} and LTCAPP {applied}; expected NONE for both or for neither",
         )
     if geometry.light_time != (applied != "POINT"):
         times = "less light time" if applied == "POINT" else "those at the observer"
@@ -250,14 +260,15 @@ def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: M
     metadata : dict
         Values by keyword: ``OBJECTNUMBER`` (0 for none), ``OBJECTNAME``, ``CONTACTNAME``, ``CONTACTINFO``,
         ``OBSERVERS``, ``FILTER``, ``MAGBAND`` and ``STANDARD`` (NONE for differential magnitudes, INTERNAL or
-        TRANSFORMED), and any others of the standard. Sessions, differences, light time and the correction to unit
-        distances follow from these and the data.
+        TRANSFORMED), and any others of the standard. The keywords of the session, differential magnitudes, light time
+        and the correction to unit distances follow from these and the data.
 
     Raises
     ------
     InvalidInput
-        For times that are not dates, keywords that are missing, of another form or set by the writer, values of several
-        lines, errors below 1e-6, and a geometry without units of length where its distances are needed.
+        For times that are not dates, keywords that are missing, not in capitals or set by the writer, values of several
+        lines, errors and airmasses below 1e-6, several filters in one data set, and a geometry without units of length
+        where its distances are needed.
 
     Notes
     -----
@@ -291,25 +302,25 @@ def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: M
             )
     if missing := [key for key in _REQUIRED if not keywords.get(key)]:
         raise InvalidInput(f"metadata has no {missing[0]}; expected {', '.join(_REQUIRED)}")
-    choice(keywords["STANDARD"], "STANDARD", _WORDS["STANDARD"])
+    choice(keywords["STANDARD"], "STANDARD", _ALLOWED["STANDARD"])
     data_sets = [data] if isinstance(data, Photometry) else instance(data, "data", Iterable, "a Photometry, or several")
-    lines = [line for photometry in data_sets for line in _written(photometry, keywords)]
+    lines = [line for photometry in data_sets for line in _lines_of(photometry, keywords)]
     if not lines:
         raise InvalidInput("data is empty; expected one Photometry or more")
     with replacing(path) as file:
         file.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _written(data: Photometry, keywords: dict[str, str]) -> Iterator[str]:
-    """Yield the lines of the blocks of photometry."""
+def _lines_of(data: Photometry, keywords: dict[str, str]) -> Iterator[str]:
+    """Yield the lines of the blocks of a data set, one block for each night."""
     instance(data, "data", Photometry, "a Photometry")
     if not are_dates(data.times):
         raise InvalidInput("times of data are not dates; expected astropy Times, as ALCDEF has JD")
-    if data.sigma.min() < 1e-6:
+    if data.sigma.min() < _LEAST:
         raise InvalidInput(f"sigma of data has the value {data.sigma.min():.3g}; expected errors from 1e-6 on")
     if data.filters is not None and len(data.filters) > 1:
         raise InvalidInput(f"data has the filters {', '.join(map(str, data.filters))}; expected one, named by FILTER")
-    if data.airmass is not None and data.airmass.min() < 1e-6:
+    if data.airmass is not None and data.airmass.min() < _LEAST:
         raise InvalidInput(f"airmass of data has the value {data.airmass.min():.3g}; expected airmasses above zero")
     table = data.to_table()
     for night in data.nights:
@@ -327,6 +338,7 @@ def _written(data: Photometry, keywords: dict[str, str]) -> Iterator[str]:
         )
         columns = [rows["magnitude"], rows["sigma"], *([rows["airmass"]] if "airmass" in rows.colnames else [])]
         for time, *values in zip(utc, *columns, strict=True):
+            # The fraction of the day is taken from the two parts of JD, since their sum would lose digits.
             days, fraction = divmod(round((time.jd1 % 1.0 + time.jd2) * 1e8), 10**8)
             yield f"DATA={math.floor(time.jd1) + days}.{fraction:08d}" + "".join(f"|{value:+.6f}" for value in values)
         yield "ENDDATA"

@@ -1,4 +1,4 @@
-"""Radar spectra and delay-Doppler images as data, which are compared with a run."""
+"""Radar spectra and delay-Doppler images as data, to be compared with a run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RadarSpectrum(RadarEchoes):
     Parameters
     ----------
     times : astropy Time, or array_like or Quantity, (K,)
-        Times when the echo arrived, in the middle of the exposures.
+        Times of arrival of the echo, in the middle of the exposures.
     power : array_like or Quantity, (K, F - 1)
         Cross sections in the bins; or with ``gain="free"`` the power in any unit, such as standard deviations of the
         noise. Plain numbers without a free gain are in the system's unit of area. Rows with masked or NaN values are
@@ -31,6 +31,7 @@ class RadarSpectrum(RadarEchoes):
     frequencies : array_like or Quantity, (F,)
         Edges of the bins, as for :func:`radar_spectrum`.
     transmit_frequency : float or Quantity
+        The frequency of the transmitted signal.
     geometry : Geometry
         The geometry of the receiver; the Sun is not needed.
     law, mutual, transmitter, exposure, frequency_response
@@ -38,18 +39,20 @@ class RadarSpectrum(RadarEchoes):
     gain : float or "free"
         A factor of the cross sections; with ``"free"`` it is solved for wherever a run is compared with the data.
     frequency_offset : float or Quantity
-        The frequency that is added to the prediction. A fit frees it with a function that makes the data of it.
+        The frequency that is added to the prediction. For it to be a parameter of a fit, give the fit a function that
+        takes it and returns the data.
     looks : float, optional
-        The number of independent spectra whose mean a row is. With it the error of a bin is that of the noise,
-        ``sigma``, plus the observed echo over the square root of the looks, since an echo is noise as well.
+        The number of independent spectra of which a row is the mean. If it is given, the error of a bin is that of the
+        receiver's noise, ``sigma``, plus the observed echo over the square root of the looks, since the echo is random
+        as well.
     polarization : str, optional
         A label, such as "OC" for the opposite sense of circular polarization and "SC" for the same sense.
 
     Raises
     ------
     InvalidInput
-        For errors that are not above zero, and for shapes that do not fit; when a run is compared, for edges that do
-        not increase and the other reasons of :func:`radar_spectrum`.
+        For errors that are not above zero, and for arrays whose shapes do not match; in comparisons with a run, for
+        edges that do not increase and the other reasons of :func:`radar_spectrum`.
 
     Warns
     -----
@@ -58,7 +61,8 @@ class RadarSpectrum(RadarEchoes):
 
     Notes
     -----
-    Within an exposure bodies go on straight and rotate uniformly, so that a run needs one sample a row.
+    Within an exposure bodies move uniformly on straight lines and rotate uniformly, so that a run needs one sample for
+    each row.
 
     Examples
     --------
@@ -103,7 +107,7 @@ class RadarSpectrum(RadarEchoes):
     def plot(
         self, run: Record, axes: Any = None, *, row: int = 0, linear: Mapping[str, Any] | None = None, **kwargs: Any
     ) -> Any:
-        """Draw a spectrum with its errors over the prediction of a run, and below it the residuals.
+        """Draw a spectrum with its errors and the prediction of a run, and below them the residuals.
 
         Parameters
         ----------
@@ -111,7 +115,7 @@ class RadarSpectrum(RadarEchoes):
             A run as for :meth:`Observations.predict`.
         axes : array of matplotlib Axes, (2, 1), optional
         row : int
-            The index of the spectrum or image.
+            The index of the time whose spectrum or image is drawn.
         linear : dict, optional
             The gain, as for :meth:`Observations.predict`.
         **kwargs
@@ -133,16 +137,17 @@ class DelayDoppler(RadarEchoes):
     Parameters
     ----------
     times : astropy Time, or array_like or Quantity, (K,)
-        Times when the echo arrived, in the middle of the exposures.
+        Times of arrival of the echo, in the middle of the exposures.
     power : array_like or Quantity, (K, D - 1, F - 1)
         Cross sections in the bins, as for :class:`RadarSpectrum`.
     sigma : float, array_like or Quantity, (), (K,) or (K, D - 1, F - 1)
+        Standard errors: one for all, for each image, or for each bin.
     delays, frequencies : array_like or Quantity, (D,) and (F,)
         Edges of the bins, as for :func:`delay_doppler`.
     delay_correction : sequence of float or Quantity
-        Coefficients of a polynomial in the time since the mean of the times, constant first: the delay that is added to
-        the prediction, by which an ephemeris is wrong. Its rate of change also shifts the frequency, by minus
-        ``transmit_frequency`` times it. A fit frees coefficients with a function that makes the data of them.
+        Coefficients, constant first, of a polynomial in the time since the mean of the times: the delay that is added
+        to the prediction, such as the error of an ephemeris. Its rate of change also shifts the frequency, by minus
+        ``transmit_frequency`` times the rate. A fit takes coefficients as parameters as it does ``frequency_offset``.
     transmit_frequency, geometry, law, mutual, transmitter, exposure, frequency_response, delay_response
         Options of :func:`delay_doppler`.
     gain, frequency_offset, looks, polarization
@@ -224,12 +229,13 @@ class DelayDoppler(RadarEchoes):
             self._edge_numbers(*names) for names in (("frequencies", "Doppler frequency"), ("delays", "delay"))
         )
         flat, result = panels(axes, (1, 3), (12.0, 3.6))
-        model, residuals_of_model, errors = (without_unit(values) for values in (predicted, residuals, self.sigma[row]))
-        observed = model + residuals_of_model
+        model, difference, errors = (without_unit(values) for values in (predicted, residuals, self.sigma[row]))
+        observed = model + difference
         largest = max(model.max(), observed.max())
         unit = f" [{unit_of(residuals)}]" if hasattr(residuals, "unit") else ""
         parts = {f"observed power{unit}": (observed, largest), f"predicted power{unit}": (model, largest)}
-        parts["residual / error"] = residuals_of_model / errors, 4.0
+        # The colours of residuals end at four standard errors.
+        parts["residual / error"] = difference / errors, 4.0
         for ax, (label, (values, limit)) in zip(flat, parts.items(), strict=True):
             style = {"cmap": "RdBu_r", "vmin": -limit, "vmax": limit} | kwargs
             drawn = ax.pcolormesh(x, y, values, **style)

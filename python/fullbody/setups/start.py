@@ -15,7 +15,7 @@ from ..model.state import State, strip
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ..typing import Floats
-from .component import Component, attitude, pointing, rate
+from .component import Component, angle_towards, attitude, rotation_rate
 from .masses import BinarySolution
 
 
@@ -84,9 +84,11 @@ class Start:
         separation, _ = orbit.cartesian(solution.semi_major_axis, system.context.G * sum(solution.masses))
         plane = orbit.plane
         synchronous = libration is not None
-        angle = None if libration is None else pointing(secondary, plane, -separation) + libration
+        angle = None if libration is None else angle_towards(secondary, plane, -separation) + libration
         attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, angle)])
-        rates = [rate(part, system.context.units, name) for part, name in zip(components, system.names, strict=True)]
+        rates = [
+            rotation_rate(part, system.context.units, name) for part, name in zip(components, system.names, strict=True)
+        ]
         spin = rates[0] * solution.period / (2 * np.pi) * rotations.matrices(attitudes[0])[:, 2]
         shares = np.array([0.0, 1.0])
         if at_rest == "barycentre":

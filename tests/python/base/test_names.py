@@ -6,7 +6,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, PointMass, State, System, events, observables
-from fullbody.base.arguments import argument_names
+from fullbody.base.arguments import argument_names, suggestion
 from support import refused
 
 
@@ -39,6 +39,12 @@ def test_a_system_finds_bodies_by_name(kw4):
         (slice(1), "body is slice"),
     ):
         refused(what, lambda wrong=wrong: system[wrong])
+
+
+def test_an_inclination_is_not_suggested_for_a_body():
+    for name in ("primary", "body", "about"):
+        assert suggestion(name, ["a", "e", "i"]) == "expected some of a, e, i"
+    assert suggestion("primary", ["body", "about"]).startswith("did you mean 'about'?")
 
 
 @pytest.mark.parametrize("units", [False, True])

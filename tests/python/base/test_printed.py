@@ -29,6 +29,9 @@ PRINTED = {
     "11 h 55.3 ± 0.6 min": (11.0 + 55.3 / 60.0, 0.01, "h"),
     "1 d 2 h": (26.0, None, "h"),
     "-1 h 30 min": (-1.5, None, "h"),
+    "+10 deg 30 arcmin": (10.5, None, "deg"),
+    "\N{MINUS SIGN}38° 12' 36\"": (-38.21, None, "deg"),
+    "+38° 12\N{PRIME} 36\N{DOUBLE PRIME}": (38.21, None, "deg"),
     "38 deg 12 arcmin 36 arcsec": (38.21, None, "deg"),
 }
 
@@ -59,11 +62,13 @@ REFUSED = {
     "5.4 +0.5 -0.3 kg": "not known",
     "2 3 kg": "whose unit '3 kg' is not known",
     "1.2 ± 0.1": "has no unit",
+    "10 deg 20": "whose unit 'deg 20' is not known",
+    "10 deg 2e1 arcmin": "whose unit 'deg 2e1 arcmin' is not known",
 }
 
 
 @pytest.mark.parametrize("text", REFUSED)
-def test_a_text_of_another_form_is_refused(text):
+def test_a_malformed_text_is_refused(text):
     refused(re.escape(REFUSED[text]), lambda: as_quantity(text, "mass", "mass"))
 
 

@@ -145,7 +145,7 @@ GOOD = [*HEAD, "ENDMETADATA", "DATA=2455817.7|7.3|0.004", "ENDDATA"]
         (2, "a line of text", "line 3: the line is 'a line of text'; expected KEYWORD=value or ENDMETADATA"),
         (2, "OBJECTNAME=Vesta", "line 3: OBJECTNAME is given twice, first in line 2; expected one value"),
         (2, "LTCAPP=YES", "line 3: LTCAPP is 'YES'; expected NONE or AVERAGE or POINT"),
-        (2, "LTCTYPE=LIGHTTIME", "line 3: LTCTYPE is LIGHTTIME and LTCAPP NONE; expected NONE for both or none"),
+        (2, "LTCTYPE=LIGHTTIME", "line 3: LTCTYPE is LIGHTTIME and LTCAPP NONE; expected NONE for both or for neither"),
         (2, "LTCAPP=AVERAGE", "line 1: the block has no LTCDAYS, and has LTCAPP=AVERAGE; expected a number"),
         (2, "REDUCEDMAGS=AVERAGE", "line 1: the block has no UCORMAG, and has REDUCEDMAGS=AVERAGE"),
         (2, "MAGADJUST=much", "line 3: MAGADJUST is 'much'; expected a number"),
@@ -158,7 +158,7 @@ GOOD = [*HEAD, "ENDMETADATA", "DATA=2455817.7|7.3|0.004", "ENDDATA"]
         (6, "STARTMETADATA\nOBJECTNAME=Vesta\nENDMETADATA\nDATA=2455817.8|7.3|0.1", "line 8: OBJECTNAME is 'Vesta'"),
     ],
 )
-def test_files_of_another_form_are_refused_by_line(tmp_path, index, line, message):
+def test_malformed_files_are_refused_with_the_line(tmp_path, index, line, message):
     lines = [*GOOD[:index], line, *GOOD[index:]]
     refused_with(message, lambda: read(written(tmp_path, *lines)))
 
@@ -182,7 +182,7 @@ def test_files_without_blocks_or_points_are_refused(tmp_path):
         ({"STANDARD": "SOME"}, "STANDARD is 'SOME'; expected 'NONE', 'INTERNAL' or 'TRANSFORMED'"),
     ],
 )
-def test_metadata_of_another_form_are_refused(tmp_path, about, message):
+def test_malformed_metadata_are_refused(tmp_path, about, message):
     refused_with(message, lambda: observing.write_alcdef(tmp_path / "curves.txt", photometry(4), ABOUT | about))
     assert list(tmp_path.iterdir()) == []
 

@@ -1,4 +1,4 @@
-"""Light curves, shapes and spins of DAMIT: its own program, an ephemeris, and files that are wrong."""
+"""Light curves, shapes and spins of DAMIT, compared with its own program and an ephemeris; malformed files."""
 
 import json
 
@@ -9,9 +9,11 @@ import pytest
 from astropy.coordinates import get_body_barycentric
 from astropy.time import Time
 from fullbody import observing
+from fullbody.base import rotations
 from fullbody.errors import InconsistentInput
 from support import DATA, refused, refused_with
 
+#: Five light curves of (43) Ariadne, an ellipsoid whose long axis is not along x, and a spin; see make_lcgenerator.py.
 FOLDER = DATA / "damit"
 ARIADNE, SHAPE, SPIN = (FOLDER / name for name in ("lc.txt", "shape.txt", "spin.txt"))
 HERTHA = DATA / "observations" / "hertha" / "light_curves.lc"
@@ -42,6 +44,7 @@ def test_a_model_gives_the_light_curves_that_damits_own_program_computes(curves,
     if data.filters is None:
         # The program divides relative intensities by their mean, and prints six decimals.
         result += 2.5 * np.log10(np.mean(10.0 ** (-0.4 * result)))
+    # The light varies, and the intensities are those printed, with fewer decimals where they are relative.
     assert np.ptp(result) > 0.09
     assert np.abs(result + 2.5 * np.log10(intensity)).max() < (1e-6 if data.filters is None else 1e-8)
 
@@ -60,9 +63,10 @@ def test_curves_have_the_numbers_of_the_file(curves):
     assert data.reduced
 
 
-@pytest.mark.parametrize(("path", "error"), [(ARIADNE, 1e-6), (HERTHA, 4.26e-5 + 1e-6)])
-def test_earth_and_sun_of_the_files_are_those_of_an_ephemeris(path, error):
+@pytest.mark.parametrize(("path", "tolerance"), [(ARIADNE, 1e-6), (HERTHA, 4.26e-5 + 1e-6)])
+def test_earth_and_sun_of_the_files_are_those_of_an_ephemeris(path, tolerance):
     # The curves of Hertha are seen from the surface of the Earth, whose radius is 4.26e-5 au.
+    # The obliquity of the ecliptic of J2000 (IAU 1976).
     obliquity = np.radians(84381.448 / 3600.0)
     c, s = np.cos(obliquity), np.sin(obliquity)
     to_ecliptic = np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
@@ -70,10 +74,10 @@ def test_earth_and_sun_of_the_files_are_those_of_an_ephemeris(path, error):
         time = data.times[0]
         result = (data.geometry.to_observer(time) - data.geometry.to_sun(time)).to_value("au")
         earth, sun = (get_body_barycentric(name, time).xyz.to_value("au") for name in ("earth", "sun"))
-        assert np.linalg.norm(to_ecliptic @ (earth - sun) - result) < error
+        assert np.linalg.norm(to_ecliptic @ (earth - sun) - result) < tolerance
 
 
-def test_hertha_has_its_32_curves():
+def test_hertha_has_32_curves_with_plausible_estimated_errors():
     data = observing.read_damit(HERTHA, sigma="estimate")
     assert (len(data), sum(map(len, data))) == (32, 1285)
     assert all(0.001 < curve.sigma[0] < 0.03 for curve in data)
@@ -88,7 +92,7 @@ def test_calibrated_curves_share_a_zero_point_and_relative_ones_have_their_own(c
     assert names == [*free_names, *[("zero point of calibrated", True)] * 2]
 
 
-def test_json_has_the_same_curves(curves, tmp_path):
+def test_json_has_the_same_curves_whether_points_are_text_or_lists(curves, tmp_path):
     rows = ARIADNE.read_text().splitlines()[1:]
     content, row = [], 0
     for k in range(5):
@@ -100,13 +104,14 @@ def test_json_has_the_same_curves(curves, tmp_path):
     path = tmp_path / "lc.json"
     path.write_text(json.dumps(content))
     result = observing.read_damit(path, sigma=0.01)
-    for first, other in zip(result, curves, strict=True):
-        assert np.array_equal(first.magnitude, other.magnitude)
-        assert first.geometry == other.geometry
+    for data, expected in zip(result, curves, strict=True):
+        assert np.array_equal(data.magnitude, expected.magnitude)
+        assert data.geometry == expected.geometry
     assert result[1].nights.tolist() == ["curve 71"]
 
 
 def write_curve(path, days, magnitude):
+    """Write one relative light curve at days after JD 2450000; return the path."""
     rows = [
         f"{2450000 + day:.8f} {10.0 ** (-0.4 * m):.12e} 1 0 0 1 0.1 0" for day, m in zip(days, magnitude, strict=True)
     ]
@@ -114,19 +119,20 @@ def write_curve(path, days, magnitude):
     return path
 
 
-def test_errors_are_estimated_from_the_scatter_with_a_warning(tmp_path):
+def test_errors_are_estimated_from_the_scatter_with_a_warning_unless_they_are_asked_for(tmp_path):
     rng = np.random.default_rng(5)
     days = np.sort(rng.uniform(0.0, 0.3, 400))
-    shape = 0.15 * np.cos(4.0 * np.pi * days / 0.35)
+    signal = 0.15 * np.cos(4.0 * np.pi * days / 0.35)
     noise = rng.normal(scale=0.02, size=400)
     noise[::40] += 0.5
-    path = write_curve(tmp_path / "lc.txt", days, shape + noise)
+    path = write_curve(tmp_path / "lc.txt", days, signal + noise)
     with pytest.warns(InconsistentInput, match=r"no standard errors of 1 curves; they are estimated.*give sigma="):
         (data,) = observing.read_damit(path)
-    # The median of 396 values has an error of 6 %, and a tenth of them has an outlier in five points each.
+    # The estimate is a median of 396 differences of five points each. It has an error of 6 %, and is raised by the
+    # ten outliers, each of which is in five differences.
     assert np.ptp(data.sigma) == 0.0
     assert 0.85 < data.sigma[0] / 0.02 < 1.6
-    (smooth,) = observing.read_damit(write_curve(path, days, shape), sigma="estimate")
+    (smooth,) = observing.read_damit(write_curve(path, days, signal), sigma="estimate")
     assert smooth.sigma[0] < 1e-5
 
 
@@ -139,7 +145,7 @@ def test_errors_are_given_for_all_curves_or_for_each():
     )
 
 
-def test_a_curve_of_few_points_needs_errors(tmp_path):
+def test_a_curve_of_few_points_is_refused_without_errors(tmp_path):
     path = write_curve(tmp_path / "lc.txt", np.arange(4) * 0.01, np.zeros(4))
     refused_with("curve 1 too few points to estimate them; give sigma=", lambda: observing.read_damit(path))
 
@@ -165,7 +171,7 @@ ROW = "2450000.5 1.0 1 0 0 1 0.1 0"
         ("1\n1 0\n" + ROW + "\n" + ROW, "line 4: the line is after the last of the light curves"),
     ],
 )
-def test_light_curves_of_another_form_are_refused_by_line(tmp_path, text, message):
+def test_malformed_light_curves_are_refused_with_the_line(tmp_path, text, message):
     path = tmp_path / "lc.txt"
     path.write_text(text)
     refused_with(message, lambda: observing.read_damit(path, sigma=0.01))
@@ -182,54 +188,55 @@ def test_light_curves_of_another_form_are_refused_by_line(tmp_path, text, messag
         ('[{"id": 8, "scale": 0, "points": "", "points_count": 2}]', "curve 8 has [] for 2 points"),
     ],
 )
-def test_json_of_another_form_is_refused(tmp_path, text, message):
+def test_malformed_json_is_refused_with_the_line_or_curve(tmp_path, text, message):
     path = tmp_path / "lc.json"
     path.write_text(text)
     refused_with(message, lambda: observing.read_damit(path, sigma=0.01))
 
 
-def about(axis, angle):
-    """The matrix of a turn by degrees about the axis y (1) or z (2)."""
+def rotation(axis, angle):
+    """The matrix of a rotation by degrees about the axis y (1) or z (2)."""
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     return np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]] if axis == 1 else [[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
-def test_a_model_rotates_by_the_formula_of_the_database():
-    later = Time(2438882.0 + 100.7, format="jd", scale="tdb")
-    model = observing.read_damit_model(SHAPE, SPIN, density="2 g/cm3", epoch=later, name="Ariadne")
+def test_a_model_rotates_by_the_formula_of_damit():
+    # Rz(longitude) Ry(90 - latitude) Rz(angle), and the phase function 1 + a exp(-phase / d) + k phase.
+    epoch = Time(2438882.0 + 100.7, format="jd", scale="tdb")
+    model = observing.read_damit_model(SHAPE, SPIN, density="2 g/cm3", epoch=epoch, name="Ariadne")
     angle = 30.0 + 360.0 * 100.7 * 24.0 / 5.76198
-    expected = about(2, 253.0) @ about(1, 90.0 + 15.0) @ about(2, angle)
-    frame = model.body.working_frame
-    quaternion = fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[frame.attitude])
-    assert np.allclose(model.state.rotation_matrix[0] @ quaternion.rotation_matrix[0], expected, atol=1e-9)
+    expected = rotation(2, 253.0) @ rotation(1, 90.0 + 15.0) @ rotation(2, angle)
+    working = rotations.matrices(model.body.working_frame.attitude)
+    assert np.allclose(model.state.rotation_matrix[0] @ working, expected, atol=1e-9)
     inertial = model.state.rotation_matrix[0] @ model.state.spin[0].to_value("rad/h")
     pole = fullbody.frames.pole_vector(np.radians(253.0), np.radians(-15.0))
     assert np.allclose(inertial, 2.0 * np.pi / 5.76198 * pole, atol=1e-9)
-    assert abs((model.epoch - later).to_value("s")) < 1e-4
+    assert abs((model.epoch - epoch).to_value("s")) < 1e-4
     assert model.period == 5.76198 * u.h
     assert model.body.name == "Ariadne"
-    phase = model.law.phase_function(np.array([0.0, 0.2]))
-    assert np.allclose(phase, [1.5, 1.0 + 0.5 * np.exp(-2.0) - 0.1])
+    factors = model.law.phase_function(np.array([0.0, 0.2]))
+    assert np.allclose(factors, [1.5, 1.0 + 0.5 * np.exp(-2.0) - 0.1])
     assert model.law.lambert == 0.1
 
 
-def test_a_shape_is_scaled_to_a_diameter():
+def test_a_shape_is_scaled_to_a_diameter_or_by_a_unit():
     model = observing.read_damit_model(SHAPE, SPIN, diameter="60 km", mass="1e17 kg")
     assert np.isclose(model.body.shape.volume.to_value("km3"), np.pi / 6.0 * 60.0**3, rtol=1e-12)
     scaled = observing.read_damit_model(SHAPE, SPIN, mass="1e17 kg", unit="m")
+    # A polyhedron of 98 vertices and the poles, in the ellipsoid with semi-axes of 30, 18 and 14.
     assert np.isclose(scaled.body.shape.volume.to_value("m3"), 4 / 3 * np.pi * 30 * 18 * 14, rtol=0.1)
 
 
 def test_a_spin_off_the_principal_axis_is_warned_of(tmp_path):
     rows = SHAPE.read_text().splitlines()
-    vertices = np.array([row.split() for row in rows[1:101]], dtype=float) @ about(1, 3.0).T
+    vertices = np.array([row.split() for row in rows[1:101]], dtype=float) @ rotation(1, 3.0).T
     path = tmp_path / "shape.txt"
     path.write_text("\n".join([rows[0], *(" ".join(map(str, row)) for row in vertices), *rows[101:]]))
     with pytest.warns(InconsistentInput, match=r"the spin is [1-9][\d.]* degrees from the principal axis"):
         observing.read_damit_model(path, SPIN, density="2 g/cm3")
 
 
-def test_a_spin_without_a_law_has_none(tmp_path):
+def test_a_model_whose_spin_file_has_no_law_has_none(tmp_path):
     path = tmp_path / "spin.txt"
     path.write_text("253 -15 5.76198\n2438882.0 30.0\n")
     assert observing.read_damit_model(SHAPE, path, density="2 g/cm3").law is None
@@ -248,7 +255,7 @@ def test_a_spin_without_a_law_has_none(tmp_path):
         ("253 -15 5.7\n2438882 0\n0.5 0 -0.5\n0.1", "d of LinearExponential is 0.0; expected a number above zero"),
     ],
 )
-def test_spins_of_another_form_are_refused_by_line(tmp_path, text, message):
+def test_malformed_spins_are_refused_with_the_line(tmp_path, text, message):
     path = tmp_path / "spin.txt"
     path.write_text(text)
     refused_with(message, lambda: observing.read_damit_model(SHAPE, path, density="2 g/cm3"))
@@ -267,7 +274,7 @@ def test_spins_of_another_form_are_refused_by_line(tmp_path, text, message):
         (297, "1 2 3\n1 2 3", "line 298: the line is after the last facet"),
     ],
 )
-def test_shapes_of_another_form_are_refused_by_line(tmp_path, line, text, message):
+def test_malformed_shapes_are_refused_with_the_line(tmp_path, line, text, message):
     rows = SHAPE.read_text().splitlines()
     rows[line - 1] = text
     path = tmp_path / "shape.txt"
