@@ -17,14 +17,14 @@ const DEGREES: [usize; 3] = [24, 12, 6];
 /// The allowed truncation error of a layer relative to the field, (R/r)^(degree + 1) with R the circumradius.
 const TOLERANCE: f64 = 1e-16;
 
-/// The coordinate, in units of length of the body, beyond which the body is a point mass: squares of larger
+/// The coordinate, in working units of length, beyond which the body is a point mass: the squares of larger
 /// coordinates may overflow.
 const POINT_FROM: f64 = 1e100;
 
 /// A polyhedron prepared for the evaluation of its gravity.
 #[derive(Debug, Clone)]
 pub struct PolyhedronGravity {
-    /// The unit of length of facets and layers: the largest power of two up to the circumradius.
+    /// The working unit of length, that of facets and layers: the largest power of two up to the circumradius.
     unit: f64,
     facets: Facets,
     /// The layers in the order of increasing least distance, which precedes each.
@@ -69,7 +69,7 @@ impl PolyhedronGravity {
         self.in_callers_unit(field)
     }
 
-    /// Converts a field from `unit` to the caller's unit of length.
+    /// Converts a field from the working unit to the caller's unit of length.
     fn in_callers_unit(&self, f: PolyhedralField) -> PolyhedralField {
         let unit = self.unit;
         PolyhedralField {
