@@ -1,4 +1,4 @@
-//! The brightness of bodies.
+//! Bindings of the brightness of bodies and of the recoil of sunlight.
 
 use super::arrays::{array, from_vectors, rows, vectors};
 use super::bodies::PyBody;
@@ -12,10 +12,11 @@ use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
-/// The brightness, and its derivatives by bodies, by directions, by vertices and by areas.
+/// The brightness, and its derivatives with respect to bodies, directions, vertices and areas.
 type PartialArrays<'py> = (Array<'py>, Array<'py>, Array<'py>, Vec<Array<'py>>, Vec<Array<'py>>);
 
-/// A scattering law: the factors of Lommel-Seeliger's and of Lambert's, or the parameters of Hapke's.
+/// A scattering law as Python passes it: the factors of Lommel-Seeliger's and of Lambert's law, or the parameters
+/// of Hapke's law in the order of [`Hapke`]'s fields.
 #[derive(FromPyObject)]
 enum PyLaw {
     Sum([f64; 2]),
@@ -26,25 +27,28 @@ impl From<PyLaw> for Law {
     fn from(law: PyLaw) -> Self {
         match law {
             PyLaw::Sum(factors) => Self::Sum(factors),
-            PyLaw::Hapke([w, b0, h, b, roughness]) => Self::Hapke(Hapke {
-                single_scattering_albedo: w,
-                opposition_amplitude: b0,
-                opposition_width: h,
-                asymmetry: b,
+            PyLaw::Hapke(
+                [single_scattering_albedo, opposition_amplitude, opposition_width, asymmetry, roughness],
+            ) => Self::Hapke(Hapke {
+                single_scattering_albedo,
+                opposition_amplitude,
+                opposition_width,
+                asymmetry,
                 roughness,
             }),
         }
     }
 }
 
-/// Bodies with their surfaces, for which the brightness at any number of epochs is computed.
+/// Computes the brightness of bodies with given surfaces at any number of epochs.
 #[pyclass(frozen, name = "Photometer", module = "fullbody._core")]
 pub struct PyPhotometer {
     inner: Photometer,
 }
 
-/// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K,
-/// 3), velocities over that of light (K N, 3), or none of them, and whether observer and Sun are distant.
+/// K epochs of N bodies as Python passes them: times (K,), positions (K N, 3), attitudes (K N, 4), vectors to the
+/// observer and to the Sun (K, 3 each), velocities divided by the speed of light (K N, 3; or (0, 3) to neglect
+/// light times), and whether the observer and the Sun are infinitely far.
 #[derive(FromPyObject)]
 pub struct Epochs<'py>(
     PyReadonlyArray1<'py, f64>,
@@ -56,7 +60,7 @@ pub struct Epochs<'py>(
     bool,
 );
 
-/// The epochs in the core's types.
+/// Epochs in the types of the core.
 pub struct EpochData {
     pub times: Vec<f64>,
     positions: Vec<Vec3>,
@@ -67,6 +71,7 @@ pub struct EpochData {
 }
 
 impl Epochs<'_> {
+    /// Copies the epochs, and checks the lengths of the arrays for this number of bodies.
     pub fn read(&self, bodies: usize) -> Result<EpochData, Error> {
         let times = self.0.as_array().to_vec();
         let epoch_data = EpochData {
@@ -78,9 +83,9 @@ impl Epochs<'_> {
             times,
         };
         let count = epoch_data.times.len();
-        let moving = if epoch_data.velocities.is_empty() { 0 } else { count * bodies };
+        let velocities = if epoch_data.velocities.is_empty() { 0 } else { count * bodies };
         let lengths = [
-            ("velocities", epoch_data.velocities.len(), moving),
+            ("velocities", epoch_data.velocities.len(), velocities),
             ("positions", epoch_data.positions.len(), count * bodies),
             ("attitudes", epoch_data.attitudes.len(), count * bodies),
             ("directions to the observer", epoch_data.directions[0].len(), count),
@@ -96,6 +101,7 @@ impl Epochs<'_> {
 }
 
 impl EpochData {
+    /// Returns the view at each epoch.
     pub fn views(&self, bodies: usize) -> Vec<View<'_>> {
         let view = |(k, time): (usize, &f64)| View {
             time: *time,
@@ -134,8 +140,8 @@ impl PyPhotometer {
         array(py, all, &[epoch_data.times.len(), count])
     }
 
-    /// Returns the brightness of each body, and its sums with the components of the vector from the body's centre,
-    /// inertial, (K, N, 4).
+    /// Returns the brightness of each body and its three first moments about the body's centre in the inertial
+    /// frame (K, N, 4).
     fn moments<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> Result<Array<'py>> {
         let count = self.inner.bodies().len();
         let epoch_data = epochs.read(count)?;
@@ -144,11 +150,12 @@ impl PyPhotometer {
         array(py, all.collect(), &[epoch_data.times.len(), count, 4])
     }
 
-    /// Returns the brightness (K, N), its derivatives (K, N, N, 9) with respect to positions, rotation
-    /// vectors and semi-axes of each body, its derivatives (K, N, 2, 3) with respect to the unit vectors to
-    /// the observer and to the Sun, and on demand for each body those with respect to its vertices, (K, N, V,
-    /// 3), with V zero for a body that is no polyhedron, and with respect to the areas of its facets, (K, N, F),
-    /// with F zero for a body that is not known by these.
+    /// Returns the brightness (K, N) and its derivatives with respect to
+    ///
+    /// - position, rotation vector and semi-axes of each body (K, N, N, 9),
+    /// - the unit vectors to the observer and to the Sun (K, N, 2, 3),
+    /// - if `by_vertex`, for each body its V vertices (K, N, V, 3); V is zero unless it is one polyhedron,
+    /// - if `by_vertex`, for each body its F areas of facets (K, N, F); F is zero unless it is given by these.
     fn partials<'py>(
         &self,
         py: Python<'py>,
@@ -173,27 +180,27 @@ impl PyPhotometer {
             }
             areas.iter_mut().zip(partials.by_area).for_each(|(all, by)| all.extend(by));
         }
-        let times = epoch_data.times.len();
-        let of_body = |by: Vec<f64>| {
-            let corners = by.len() / (3 * count * times).max(1);
-            array(py, by, &[times, count, corners, 3])
+        let epochs = epoch_data.times.len();
+        let vertex_array = |by: Vec<f64>| {
+            let vertices = by.len() / (3 * count * epochs).max(1);
+            array(py, by, &[epochs, count, vertices, 3])
         };
-        let of_areas = |by: Vec<f64>| {
-            let facets = by.len() / (count * times).max(1);
-            array(py, by, &[times, count, facets])
+        let area_array = |by: Vec<f64>| {
+            let facets = by.len() / (count * epochs).max(1);
+            array(py, by, &[epochs, count, facets])
         };
         Ok((
-            array(py, brightness, &[times, count])?,
-            array(py, by_body, &[times, count, count, 9])?,
-            array(py, by_direction, &[times, count, 2, 3])?,
-            vertices.into_iter().map(of_body).collect::<Result<_>>()?,
-            areas.into_iter().map(of_areas).collect::<Result<_>>()?,
+            array(py, brightness, &[epochs, count])?,
+            array(py, by_body, &[epochs, count, count, 9])?,
+            array(py, by_direction, &[epochs, count, 2, 3])?,
+            vertices.into_iter().map(vertex_array).collect::<Result<_>>()?,
+            areas.into_iter().map(area_array).collect::<Result<_>>()?,
         ))
     }
 }
 
-/// Returns the force and the torque (M, 3) of unit pressure of sunlight on a body, in its frame, for directions to
-/// the Sun (M, 3) in that frame; other bodies at positions (N, 3) in that frame hide light from it.
+/// Returns the recoil force and torque (M, 3 each) on a body for unit pressure of sunlight and directions to the
+/// Sun (M, 3). Other bodies at `positions` (N, 3) hide light from it. All vectors are in the frame of the body.
 #[pyfunction]
 pub fn recoil<'py>(
     py: Python<'py>,

@@ -214,7 +214,7 @@ impl Extended {
         match self {
             Self::Ellipsoid(attraction) => attraction.at(x, inverse_square, inverse_cube, 1.0),
             Self::Polyhedron(attraction) => attraction.at(x, inverse_square, inverse_cube),
-            Self::Stokes(attraction) => attraction.with_moment(x),
+            Self::Stokes(attraction) => attraction.field_and_moment(x),
         }
     }
 
@@ -313,7 +313,7 @@ impl BodyAttraction {
     ) -> [Vec3; 2] {
         if let BodyChange::Moment(field) = change {
             return field
-                .with_moment(x)
+                .field_and_moment(x)
                 .map_or([Vec3::zeros(); 2], |(perturbation, moment)| [perturbation, moment]);
         }
         let mut sums = [Vec3::zeros(); 2];

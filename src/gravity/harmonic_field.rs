@@ -1,56 +1,62 @@
-//! The exterior field of a body by its harmonic moments.
+//! The exterior field of a body as a finite series of solid harmonics.
 //!
-//! With the means a_lm of S_lm in units of R, and y = R x/|x|^2, the potential is sum of a_lm S_lm(y)/|x|.
-//! Where the mass is displaced, a_lm changes by the derivatives of S_lm, which are harmonics of degree l - 1:
-//! the derivatives of the potential by position are series of the same kind, one degree higher each.
+//! Let a_lm be the mean of the solid harmonic S_lm(x/R) over the mass of the body, and y = R x/|x|^2. The
+//! potential per unit GM is sum_lm a_lm S_lm(y)/|x|. A displacement of the mass changes a_lm by the means of
+//! the derivatives of S_lm, which are harmonics of degree l - 1. Each derivative of the potential with respect
+//! to position is therefore a series of the same kind, one degree higher.
 
 use super::PolyhedralField;
-use crate::math::exchange::displaced;
+use crate::math::exchange::displacement_derivatives;
 use crate::math::harmonics::{HarmonicSeries, count};
 use crate::math::lanes::BLOCK;
 use crate::math::{Mat3, Vec3};
 use pulp::Arch;
 
-/// The field of unit GM outside a sphere, as a finite series.
+/// The series of potential, field and gradient per unit GM, valid outside a sphere.
 #[derive(Debug, Clone)]
 pub struct HarmonicField {
+    /// The radius R.
     radius: f64,
+    /// The degree of the series of the gradient.
     degree: usize,
-    /// The series of the potential, the three of the field, and the gradient's xx, xy, xz, yy, yz and zz.
+    /// The coefficients of the potential, of its derivatives by x, y, z, and by xx, xy, xz, yy, yz, zz.
     series: [Vec<f64>; 10],
 }
 
 impl HarmonicField {
-    /// Prepares the field of moments in units of a radius.
+    /// Prepares the series from the harmonic moments a_lm of a body for the radius R.
     pub fn new(moments: &[f64], radius: f64) -> Self {
+        // Moments up to degree L are (L + 1)^2 numbers; the gradient has degree L + 2.
         let degree = moments.len().isqrt() + 1;
-        let first = [0, 1, 2].map(|axis| displaced(moments, axis));
+        let first = [0, 1, 2].map(|axis| displacement_derivatives(moments, axis));
         let [x, y, z] = &first;
-        let second = [(x, 0), (x, 1), (x, 2), (y, 1), (y, 2), (z, 2)].map(|(by, axis)| displaced(by, axis));
+        let second = [(x, 0), (x, 1), (x, 2), (y, 1), (y, 2), (z, 2)];
+        let second = second.map(|(first, axis)| displacement_derivatives(first, axis));
         let [xx, xy, xz, yy, yz, zz] = second;
         let [x, y, z] = first;
         let series = [moments.to_vec(), x, y, z, xx, xy, xz, yy, yz, zz];
         Self { radius, degree, series }
     }
 
-    /// Returns the radius of the sphere within which the field is not known.
+    /// Returns the radius of the sphere outside which the series is the field of the body.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Returns the work at a point, in facets of a polyhedron.
+    /// Returns the cost of one point, in units of that of one face of a polyhedron: four harmonics count as
+    /// one face.
     pub fn work(&self) -> usize {
         count(self.degree) / 4
     }
 
-    /// Returns g and x cross g at a point; `None` within the sphere.
-    pub fn with_moment(&self, x: &Vec3) -> Option<(Vec3, Vec3)> {
+    /// Returns g and its moment x cross g at a point; `None` within the sphere.
+    pub fn field_and_moment(&self, x: &Vec3) -> Option<(Vec3, Vec3)> {
         let field = self.at(x).field;
         (x.norm() >= self.radius).then(|| (field, x.cross(&field)))
     }
 
-    /// Returns the field at a point. The finite series continues it into the sphere, where it is not that of the
-    /// body.
+    /// Returns potential, field and gradient at a point. Within the sphere the series still has a value, but
+    /// not that of the body.
     pub fn at(&self, x: &Vec3) -> PolyhedralField {
         let distance = x.norm();
         let y = x * (self.radius / distance / distance);
@@ -61,12 +67,13 @@ impl HarmonicField {
         Arch::Scalar.dispatch(HarmonicSeries { points, series, degree: self.degree, out: &mut out });
         let [potential, gx, gy, gz, xx, xy, xz, yy, yz, zz] =
             std::array::from_fn(|k| out[k * BLOCK] / distance);
-        let (once, twice) = (1.0 / self.radius, 1.0 / self.radius / self.radius);
+        let inverse = 1.0 / self.radius;
+        let inverse_square = inverse / self.radius;
         PolyhedralField {
             potential,
-            // The field at x + d is that of the mass displaced by -d.
-            field: Vec3::new(gx, gy, gz) * -once,
-            gradient: Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * twice,
+            // Moving the point by d is the same as displacing the mass by -d.
+            field: Vec3::new(gx, gy, gz) * -inverse,
+            gradient: Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * inverse_square,
             solid_angle: 0.0,
         }
     }

@@ -137,7 +137,10 @@ impl FieldKernel for Near {
         // The truncation error falls more slowly for derivatives, so that one more duplication is needed.
         let [first, second, _] = rd_triple(Dual::variables(field.squares), self.duplications + 1);
         let minus_two = x[0].constant(-2.0);
-        (field, [minus_two * second.by[2], minus_two * first.by[2], minus_two * first.by[1]])
+        (
+            field,
+            [minus_two * second.gradient[2], minus_two * first.gradient[2], minus_two * first.gradient[1]],
+        )
     }
 
     fn square_differences(&self) -> [f64; 3] {

@@ -1,7 +1,8 @@
 //! A polyhedron's gravity at single points, near or far, inside or outside.
 //!
-//! Takes points relative to the centre of mass and gives Phi, g and dg/dx per unit GM: from the facets near
-//! by, and from a layer of the degree that the distance needs where the sums over facets would lose digits.
+//! Takes points relative to the centre of mass and gives Phi, g and dg/dx per unit GM. Near the body these are
+//! the sums over its faces and edges ([`Facets`]), which lose digits with distance. Farther away they come from
+//! a [`Layer`], the farther the lower its degree, and very far away from a point mass.
 
 use super::{Facets, Layer, PolyhedralField};
 use crate::error::Result;
@@ -10,22 +11,23 @@ use crate::math::{Mat3, Vec3};
 use crate::shape::Polyhedron;
 use pulp::Arch;
 
-/// The degrees of the layers.
+/// The degrees of the layers. With [`TOLERANCE`] they are used from 4.4, 17 and 193 circumradii on.
 const DEGREES: [usize; 3] = [24, 12, 6];
 
-/// The truncation error of a layer, relative to the field.
+/// The allowed truncation error of a layer relative to the field, (R/r)^(degree + 1) with R the circumradius.
 const TOLERANCE: f64 = 1e-16;
 
-/// The distance, in sizes of the body, beyond which the squares of doubles may be out of range.
+/// The coordinate, in working units of length, beyond which the body is a point mass: the squares of larger
+/// coordinates may overflow.
 const POINT_FROM: f64 = 1e100;
 
-/// A polyhedron prepared for evaluation.
+/// A polyhedron prepared for the evaluation of its gravity.
 #[derive(Debug, Clone)]
 pub struct PolyhedronGravity {
-    /// The unit of length of facets and layers, a power of two.
+    /// The working unit of length, that of facets and layers: the largest power of two up to the circumradius.
     unit: f64,
     facets: Facets,
-    /// The layers from the nearest on, each with the least distance at which it is used.
+    /// The layers in the order of increasing least distance, which precedes each.
     layers: Vec<(f64, Layer)>,
     arch: Arch,
 }
@@ -54,7 +56,7 @@ impl PolyhedronGravity {
             let (potential, u) = (1.0 / r / largest, u / r);
             let gradient = (3.0 * u * u.transpose() - Mat3::identity()) * potential.powi(3);
             let field = -u * (potential * potential);
-            return self.in_units(PolyhedralField { potential, field, gradient, solid_angle: 0.0 });
+            return self.in_callers_unit(PolyhedralField { potential, field, gradient, solid_angle: 0.0 });
         }
         let distance = x.norm();
         let field = match self.layers.iter().rev().find(|(from, _)| distance >= *from) {
@@ -64,10 +66,11 @@ impl PolyhedronGravity {
             }
             None => self.facets.at(self.arch, &x),
         };
-        self.in_units(field)
+        self.in_callers_unit(field)
     }
 
-    fn in_units(&self, f: PolyhedralField) -> PolyhedralField {
+    /// Converts a field from the working unit to the caller's unit of length.
+    fn in_callers_unit(&self, f: PolyhedralField) -> PolyhedralField {
         let unit = self.unit;
         PolyhedralField {
             potential: f.potential / unit,

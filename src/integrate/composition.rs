@@ -74,7 +74,7 @@ static ABA1064: Composition = Composition {
     ],
 };
 
-/// A composition for a larger and a smaller part, by the name that scripts use.
+/// A composition of the flows of a larger part A and a smaller part B, as scripts name it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Scheme {

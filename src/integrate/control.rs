@@ -69,7 +69,7 @@ impl Tolerance {
     }
 }
 
-/// A tolerance as it is described, not yet checked.
+/// A tolerance as it is serialised, not yet checked.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Unchecked {
@@ -94,10 +94,15 @@ pub struct Controller {
     pub after_rejection: bool,
 }
 
+/// The factor that aims at an error somewhat below the tolerance.
 const SAFETY: f64 = 0.9;
+/// The exponent of the inverse error of a step in the step-size factor, times one plus the order of the error.
 const PROPORTIONAL: f64 = 0.7;
+/// The exponent of the error of the step before, likewise.
 const INTEGRAL: f64 = 0.4;
+/// The smallest step-size factor.
 const SHRINK: f64 = 0.2;
+/// The largest step-size factor.
 const GROW: f64 = 5.0;
 
 impl Default for Controller {

@@ -7,7 +7,7 @@ use pulp::Arch;
 
 /// The equations that an integrator solves.
 pub trait Equations {
-    /// Returns the instructions with which stages are summed.
+    /// Returns the SIMD instruction set with which stages are summed.
     fn arch(&self) -> Arch {
         Arch::default()
     }
@@ -37,9 +37,9 @@ pub trait Equations {
         rate: &mut [f64],
     ) -> std::result::Result<(), Refusal>;
 
-    /// Returns the number of values on which the rates of change depend. These come first in the vector; the
+    /// Returns the number of values on which the rates of change depend. They come first in the vector; the
     /// others are quadratures.
-    fn dependent(&self, dimension: usize) -> usize {
+    fn dimension_without_quadratures(&self, dimension: usize) -> usize {
         dimension
     }
 
@@ -81,21 +81,20 @@ impl Incomplete {
     }
 }
 
-/// Evaluates the rates of change at a trial vector, and those of the quadratures where the stage has a
-/// weight.
+/// Evaluates the rates of change at a trial vector, and those of the quadratures if the stage is `weighted`.
 pub(super) fn evaluate(
     equations: &mut impl Equations,
     time: f64,
     y: &[f64],
     rate: &mut [f64],
-    counts: bool,
+    weighted: bool,
     interrupt: &mut InterruptCheck,
 ) -> std::result::Result<(), Incomplete> {
     for part in 0..equations.parts() {
         interrupt.charge(equations.work(), time).map_err(Incomplete::Ended)?;
         equations.derivative(part, time, y, rate)?;
     }
-    if counts {
+    if weighted {
         equations.quadratures(time, y, rate);
     }
     Ok(())

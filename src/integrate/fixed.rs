@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
 use crate::math::compensated::Compensated;
 
-/// An integration with steps of fixed size.
+/// An integration with steps of fixed size, of a vector `high` + `low`.
 #[derive(Debug, Clone)]
 pub struct FixedStepper {
     composition: &'static Composition,
@@ -15,6 +15,7 @@ pub struct FixedStepper {
     high: Vec<f64>,
     low: Vec<f64>,
     statistics: Statistics,
+    /// The time, size and vector with which the last step began.
     last_time: Compensated,
     last_size: f64,
     last_high: Vec<f64>,
@@ -69,7 +70,7 @@ impl FixedStepper {
         self.last_size
     }
 
-    /// Takes the last step back.
+    /// Undoes the last step.
     pub fn undo(&mut self) {
         self.time = self.last_time;
         self.high.copy_from_slice(&self.last_high);

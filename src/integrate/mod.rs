@@ -25,7 +25,7 @@ pub use control::Tolerance;
 #[doc(hidden)]
 pub use equations::Equations;
 #[doc(hidden)]
-pub use event_detection::{POINTS, counts, sample_fractions, zeros};
+pub use event_detection::{SAMPLES, direction_matches, sample_fractions, zeros};
 #[doc(hidden)]
 pub use fixed::FixedStepper;
 #[doc(hidden)]
@@ -34,7 +34,7 @@ pub use memory::Statistics;
 #[doc(hidden)]
 pub use pairs::{DORMAND_PRINCE54, VERNER65, VERNER76, VERNER87, VERNER96, VERNER98};
 #[doc(hidden)]
-pub use roots::{extremum, first_fall, polynomial_roots, root};
+pub use roots::{first_fall_below_zero, minimum, polynomial_roots, root};
 #[doc(hidden)]
 pub use segment::{MAX_TERMS, Segment};
 #[doc(hidden)]

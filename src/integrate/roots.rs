@@ -126,7 +126,7 @@ fn separate(
 ///
 /// The search stops as soon as a value is below zero, since callers need only to know whether the function
 /// becomes negative.
-pub fn extremum<E>(mut f: impl FnMut(f64) -> Result<f64, E>, a: f64, b: f64) -> Result<(f64, f64), E> {
+pub fn minimum<E>(mut f: impl FnMut(f64) -> Result<f64, E>, a: f64, b: f64) -> Result<(f64, f64), E> {
     const GOLDEN: f64 = 0.381_966_011_250_105_15;
     let (mut a, mut b) = (a, b);
     let mut x = a + GOLDEN * (b - a);
@@ -185,16 +185,19 @@ pub fn extremum<E>(mut f: impl FnMut(f64) -> Result<f64, E>, a: f64, b: f64) -> 
     Ok((x, fx))
 }
 
-/// The number of equal intervals at whose ends [`first_fall`] samples a function, which may have one extremum
-/// in each.
+/// The number of equal intervals at whose ends [`first_fall_below_zero`] samples a function, which may have one
+/// extremum in each.
 const INTERVALS: usize = 8;
 
 /// The distance of two further samples from the start and the end, as a fraction of the whole interval.
 const NEAR: f64 = 1e-3;
 
-/// Returns the first root between 0 and `end` of a function that is not negative at 0, and an abscissa after
-/// it at which the function is negative.
-pub fn first_fall<E>(mut f: impl FnMut(f64) -> Result<f64, E>, end: f64) -> Result<Option<(f64, f64)>, E> {
+/// Returns the first root between 0 and `end` at which a function falls below zero, and an abscissa after it at
+/// which the function is negative. At 0 the function is not negative.
+pub fn first_fall_below_zero<E>(
+    mut f: impl FnMut(f64) -> Result<f64, E>,
+    end: f64,
+) -> Result<Option<(f64, f64)>, E> {
     let abscissa = |k: usize| match k {
         1 => NEAR * end,
         k if k == INTERVALS + 1 => (1.0 - NEAR) * end,
@@ -209,7 +212,7 @@ pub fn first_fall<E>(mut f: impl FnMut(f64) -> Result<f64, E>, end: f64) -> Resu
             && last.1 < above
             && last.1 <= next.1
         {
-            let (lowest, value): (f64, f64) = extremum(&mut f, from, next.0)?;
+            let (lowest, value): (f64, f64) = minimum(&mut f, from, next.0)?;
             if value < 0.0 {
                 return Ok(Some((root(&mut f, (from, above), (lowest, value))?, lowest)));
             }

@@ -7,14 +7,16 @@ pub const MAX_TERMS: usize = 12;
 
 /// The solution over one step: y(t + theta h) = y + theta h sum_k c_k T_k(2 theta - 1).
 ///
-/// It takes 8 (terms + 2) bytes for every number of the vector: 96 at most.
+/// It takes 8 (terms + 2) bytes for every number of the vector: 112 at most.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
     /// The time at which the step begins.
     pub(super) time: Compensated,
     /// The size of the step, negative for a run backwards.
     pub(super) size: f64,
+    /// The vector at the start.
     pub(super) high: Vec<f64>,
+    /// The low part of the vector at the start.
     pub(super) low: Vec<f64>,
     /// The coefficients: c_0 of the whole vector, then c_1, and so on.
     pub(super) coefficients: Vec<f64>,
@@ -148,17 +150,17 @@ impl Segment {
     ///
     /// The derivatives of theta T_k(2 theta - 1) are largest at the end: 1 + 2 k^2, 4 k^2 (k^2 + 2) / 3 and 4
     /// k^2 (k^2 - 1) (2 k^2 + 7) / 15.
-    pub fn rates(&self, index: usize, count: usize) -> [f64; 3] {
-        let mut rates = [0.0; 3];
+    pub fn derivative_bounds(&self, index: usize, count: usize) -> [f64; 3] {
+        let mut bounds = [0.0; 3];
         for (k, row) in self.coefficients.chunks_exact(self.high.len()).enumerate() {
             let length =
                 row[index..index + count].iter().map(|c| c * c).sum::<f64>().sqrt() * self.size.abs();
             let q = (k * k) as f64;
-            rates[0] += length * (1.0 + 2.0 * q);
-            rates[1] += length * 4.0 / 3.0 * q * (q + 2.0);
-            rates[2] += length * 4.0 / 15.0 * q * (q - 1.0) * (2.0 * q + 7.0);
+            bounds[0] += length * (1.0 + 2.0 * q);
+            bounds[1] += length * 4.0 / 3.0 * q * (q + 2.0);
+            bounds[2] += length * 4.0 / 15.0 * q * (q - 1.0) * (2.0 * q + 7.0);
         }
-        rates
+        bounds
     }
 
     fn terms(&self) -> usize {

@@ -1,4 +1,4 @@
-//! A view of the last step: its ends and stages.
+//! The last step of a stepper, borrowed: its ends and stages.
 
 use super::tableau::Tableau;
 use crate::math::rows::{LargestChanges, stride};

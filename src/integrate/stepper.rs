@@ -34,11 +34,11 @@ pub struct Stepper {
     /// The non-zero weights of every stage, followed by those of the solution.
     terms: Vec<Vec<Term>>,
     /// For each stage, whether it has a weight in the solution or in its interpolant.
-    counts: Vec<bool>,
+    weighted_stages: Vec<bool>,
     /// The vector at the last step's start in both its parts, padded to the length of a row.
     from: [Vec<f64>; 2],
     trial: Vec<f64>,
-    /// The low part of the vector at the end of a step.
+    /// The low part of the vector at the end of a step, whose high part is `trial`.
     tail: Vec<f64>,
     /// The last step: its start, its size, and its polynomial if that has been requested.
     last: Segment,
@@ -68,7 +68,7 @@ impl Stepper {
             plan_before: (0.0, Controller::new()),
             statistics: Statistics::default(),
             terms: tableau.terms(),
-            counts: tableau.counts(),
+            weighted_stages: tableau.weighted_stages(),
             stages: vec![0.0; all_stages * stride(dimension)],
             fresh: false,
             from: [vec![0.0; stride(dimension)], vec![0.0; stride(dimension)]],
@@ -195,7 +195,7 @@ impl Stepper {
         }
     }
 
-    /// Takes the last step back. Its stages stay until the next step.
+    /// Undoes the last step. Its stages stay until the next step.
     pub fn undo(&mut self) {
         self.time = self.last.time;
         self.high.copy_from_slice(&self.last.high);
@@ -204,8 +204,7 @@ impl Stepper {
         self.statistics.steps -= 1;
     }
 
-    /// Takes the last step back and plans it half as long. Returns an error where that no longer advances the
-    /// time.
+    /// Undoes the last step and plans it half as long. Returns an error where that no longer advances the time.
     pub fn shorten(&mut self, reason: &str) -> Result<()> {
         self.undo();
         self.statistics.rejected += 1;
@@ -281,10 +280,10 @@ impl Stepper {
             let time = self.last.start() + self.tableau.c[stage] * self.last.size;
             let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
             self.statistics.evaluations += 1;
-            let counts = self.counts[stage];
-            evaluate(equations, time, &self.trial[..dimension], rates, counts, interrupt).map_err(
-                |unmade| {
-                    unmade.error(|reason| Error::StepSizeTooSmall {
+            let weighted = self.weighted_stages[stage];
+            evaluate(equations, time, &self.trial[..dimension], rates, weighted, interrupt).map_err(
+                |incomplete| {
+                    incomplete.error(|reason| Error::StepSizeTooSmall {
                         time,
                         step: self.last.size,
                         reason: format!("{reason}, while interpolating"),
@@ -350,11 +349,11 @@ impl Stepper {
             let (at, trial) = (time + self.tableau.c[stage] * size, &self.trial[..dimension]);
             if quick {
                 equations.derivative(0, at, trial, rates)?;
-                if self.counts[stage] {
+                if self.weighted_stages[stage] {
                     equations.quadratures(at, trial, rates);
                 }
             } else {
-                evaluate(equations, at, trial, rates, self.counts[stage], interrupt)?;
+                evaluate(equations, at, trial, rates, self.weighted_stages[stage], interrupt)?;
             }
             self.fresh = true;
             self.computed_stages = stage + 1;
@@ -363,7 +362,8 @@ impl Stepper {
         for (stage, (b, b_hat)) in self.tableau.b.iter().zip(&self.tableau.b_hat).enumerate() {
             let weight = size * (b - b_hat);
             if weight != 0.0 {
-                let rates = &self.stages[stage * stride(dimension)..][..equations.dependent(dimension)];
+                let rates = &self.stages[stage * stride(dimension)..]
+                    [..equations.dimension_without_quadratures(dimension)];
                 self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += weight * k);
             }
         }
@@ -381,7 +381,7 @@ impl Stepper {
 
     /// Writes y + size sum_j a_ij k_j for the numbers that the rates depend on.
     fn fill_trial(&mut self, equations: &impl Equations, stage: usize, size: f64) {
-        let numbers = whole(equations.dependent(self.high.len()));
+        let numbers = whole(equations.dimension_without_quadratures(self.high.len()));
         let advance = advance(&self.terms[stage], &self.stages, &self.from, numbers, size);
         equations.arch().dispatch(InSinglePart(advance, &mut self.trial[..numbers]));
     }

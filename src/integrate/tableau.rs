@@ -1,4 +1,4 @@
-//! A Runge-Kutta pair as data, which a file of numbers holds.
+//! An embedded Runge-Kutta pair as data that are read from a file.
 
 use crate::math::rows::Term;
 use serde::Deserialize;
@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tableau {
-    /// The name with the orders.
+    /// The name, which contains the orders.
     pub name: String,
     /// The order of the solution with which the integration continues.
     pub order: u32,
@@ -69,7 +69,7 @@ impl Tableau {
     }
 
     /// Returns, for each stage, whether it has a weight in the solution or in its interpolant.
-    pub(super) fn counts(&self) -> Vec<bool> {
+    pub(super) fn weighted_stages(&self) -> Vec<bool> {
         let weighted = |stage: usize| {
             let within = self.interpolant.weights.get(stage).is_some_and(|row| row.iter().any(|w| *w != 0.0));
             within || self.b.get(stage).is_some_and(|b| *b != 0.0)

@@ -1,15 +1,18 @@
-//! Dual numbers over lanes: values with their derivatives with respect to three variables, for formulas that
-//! are generic in the number type.
+//! Dual numbers: values with their first derivatives with respect to three variables (forward automatic
+//! differentiation).
+//!
+//! A formula that is generic in [`Number`] gives its values with [`Lanes`] and its derivatives too with
+//! [`Dual`].
 
 use super::lanes::Lanes;
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// The operations that a generic formula uses.
+/// A number type with the operations that generic formulas use.
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// Returns a constant of the same kind as this number.
+    /// Returns a constant as a number of this type; the value of `self` is not used.
     fn constant(self, value: f64) -> Self;
     /// Returns `self * b + c`.
     fn mul_add(self, b: Self, c: Self) -> Self;
@@ -34,13 +37,13 @@ impl<S: Simd, const N: usize> Number for Lanes<S, N> {
     }
 }
 
-/// A number and its derivatives with respect to three variables.
+/// A value and its derivatives with respect to three variables.
 #[derive(Clone, Copy)]
 pub struct Dual<S: Simd, const N: usize> {
-    /// The value of the number.
+    /// The value.
     pub value: Lanes<S, N>,
-    /// The derivatives of the number with respect to the three variables.
-    pub by: [Lanes<S, N>; 3],
+    /// The derivatives with respect to the three variables.
+    pub gradient: [Lanes<S, N>; 3],
 }
 
 impl<S: Simd, const N: usize> Dual<S, N> {
@@ -48,23 +51,22 @@ impl<S: Simd, const N: usize> Dual<S, N> {
     #[inline(always)]
     pub fn variables(values: [Lanes<S, N>; 3]) -> [Self; 3] {
         let (zero, unit) = (values[0].constant(0.0), values[0].constant(1.0));
-        let mut all = [Self { value: zero, by: [zero; 3] }; 3];
+        let mut all = [Self { value: zero, gradient: [zero; 3] }; 3];
         for k in 0..3 {
             all[k].value = values[k];
-            all[k].by[k] = unit;
+            all[k].gradient[k] = unit;
         }
         all
     }
 
-    /// Applies the chain rule: returns the number whose derivatives are those of `a` times `by_a` plus those
-    /// of `b` times `by_b`.
+    /// Applies the chain rule: returns f(a, b) from its value and its partial derivatives `by_a` and `by_b`.
     #[inline(always)]
     fn chain(value: Lanes<S, N>, a: Self, by_a: Lanes<S, N>, b: Self, by_b: Lanes<S, N>) -> Self {
-        let mut by = a.by;
+        let mut gradient = a.gradient;
         for k in 0..3 {
-            by[k] = a.by[k].mul_add(by_a, b.by[k] * by_b);
+            gradient[k] = a.gradient[k].mul_add(by_a, b.gradient[k] * by_b);
         }
-        Self { value, by }
+        Self { value, gradient }
     }
 }
 
@@ -72,7 +74,7 @@ impl<S: Simd, const N: usize> Number for Dual<S, N> {
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
         let zero = self.value.constant(0.0);
-        Self { value: self.value.constant(value), by: [zero; 3] }
+        Self { value: self.value.constant(value), gradient: [zero; 3] }
     }
 
     #[inline(always)]
@@ -83,8 +85,9 @@ impl<S: Simd, const N: usize> Number for Dual<S, N> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
-        let factor = root.constant(0.5) / root;
-        Self::chain(root, self, factor, self, root.constant(0.0))
+        let derivative = root.constant(0.5) / root;
+        // There is no second variable.
+        Self::chain(root, self, derivative, self, root.constant(0.0))
     }
 }
 

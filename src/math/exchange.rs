@@ -148,9 +148,9 @@ fn next_degree(matrix: &[Vec<f64>], l: usize) -> Vec<Vec<f64>> {
     out
 }
 
-/// Returns the derivatives of the means of S_lm over a mass where it is displaced along an axis, up to one
-/// degree more than the means.
-pub fn displaced(moments: &[f64], axis: usize) -> Vec<f64> {
+/// Returns the derivatives of the means of S_lm over a mass with respect to its displacement along an axis, up
+/// to one degree more than the means.
+pub fn displacement_derivatives(moments: &[f64], axis: usize) -> Vec<f64> {
     let degree = moments.len().isqrt();
     let mut out = vec![0.0; count(degree)];
     for l in 1..=degree {

@@ -36,7 +36,7 @@ pub fn rotate(m: &Mat3, v: &Vec3) -> Vec3 {
     Vec3::new(row(0), row(1), row(2))
 }
 
-/// Returns the product of a transposed matrix and a vector, which is the inverse rotation.
+/// Returns the product of the transposed matrix and a vector: the inverse rotation.
 #[inline(always)]
 pub fn rotate_back(m: &Mat3, v: &Vec3) -> Vec3 {
     let column = |i: usize| m[(0, i)] * v.x + m[(1, i)] * v.y + m[(2, i)] * v.z;
@@ -46,12 +46,12 @@ pub fn rotate_back(m: &Mat3, v: &Vec3) -> Vec3 {
 /// Returns the unit quaternion of a rotation vector.
 pub fn exponential(v: &Vec3) -> [f64; 4] {
     let half = 0.5 * v.norm();
-    // For a small angle sin(h)/h equals one to round-off.
-    let share = if half > 1e-9 { 0.5 * half.sin() / half } else { 0.5 };
-    [half.cos(), share * v.x, share * v.y, share * v.z]
+    // For so small an angle sin(half)/half equals one to round-off.
+    let factor = if half > 1e-9 { 0.5 * half.sin() / half } else { 0.5 };
+    [half.cos(), factor * v.x, factor * v.y, factor * v.z]
 }
 
-/// Returns Hamilton's product: the rotation `q` followed by the rotation `p`.
+/// Returns Hamilton's product p q: the rotation `q` followed by the rotation `p`.
 #[inline]
 pub fn product(p: [f64; 4], q: [f64; 4]) -> [f64; 4] {
     [
@@ -84,17 +84,17 @@ pub fn from_tait_bryan(angles: [f64; 3]) -> [f64; 4] {
 
 /// Returns the Tait-Bryan angles of a quaternion: phi and psi in (-pi, pi], theta in [-pi/2, pi/2].
 ///
-/// They are formed from the sum and the difference of phi and psi, so that the angles give the attitude of
-/// the quaternion to round-off even near their pole.
+/// They are formed from the sum and the difference of phi and psi, so that they represent the attitude to
+/// round-off even near the poles theta = +-pi/2.
 pub fn to_tait_bryan(q: [f64; 4]) -> [f64; 3] {
     let [w, x, y, z] = q;
-    // With C and S the cosine and sine of theta/2, these pairs are (C - S) (cos, sin)((phi + psi)/2) and (C +
-    // S) (cos, sin)((phi - psi)/2).
+    // With C = cos(theta/2) and S = sin(theta/2), these pairs are (C - S) (cos, sin)((phi + psi)/2) and
+    // (C + S) (cos, sin)((phi - psi)/2).
     let (sum_cos, sum_sin, difference_cos, difference_sin) = (w - y, x + z, w + y, x - z);
     let (minus, plus) = (sum_cos.hypot(sum_sin), difference_cos.hypot(difference_sin));
     let theta = 2.0 * plus.atan2(minus) - FRAC_PI_2;
     let (half_sum, half_difference) = (sum_sin.atan2(sum_cos), difference_sin.atan2(difference_cos));
-    // At a pole only one of sum and difference is defined; psi takes the whole rotation.
+    // At a pole only the sum or the difference is defined: phi is set to zero.
     if minus < 1e-15 * plus {
         [0.0, theta, principal(-2.0 * half_difference)]
     } else if plus < 1e-15 * minus {
@@ -104,7 +104,7 @@ pub fn to_tait_bryan(q: [f64; 4]) -> [f64; 3] {
     }
 }
 
-/// Returns the angle in (-pi, pi].
+/// Returns an angle of (-2 pi, 2 pi] reduced to (-pi, pi].
 fn principal(angle: f64) -> f64 {
     if angle > PI {
         angle - TAU
@@ -118,6 +118,7 @@ fn principal(angle: f64) -> f64 {
 /// Returns the rotation matrix of the Tait-Bryan angles, the paper's `eq:RotationMatrix`.
 #[inline]
 pub fn tait_bryan_matrix(angles: [f64; 3]) -> Mat3 {
+    // The letters f, t and p stand for phi, theta and psi.
     let ((sf, cf), (st, ct), (sp, cp)) = (angles[0].sin_cos(), angles[1].sin_cos(), angles[2].sin_cos());
     Mat3::new(
         cp * ct,

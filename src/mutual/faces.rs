@@ -91,7 +91,7 @@ pub(super) fn mutual_potential(kernel: impl FieldKernel, faces: Faces<'_>) -> f6
 /// Returns the blocks of lanes that hold the rule of a cell.
 #[inline(always)]
 pub(super) fn blocks<S: Simd>(cell: &Cell) -> Range<usize> {
-    let (start, points) = (Nodes::triangle(cell.points), cell.points * cell.points);
+    let (start, points) = (Nodes::triangle_start(cell.points), cell.points * cell.points);
     let start = start / BLOCK * Lanes::<S>::PER_BLOCK;
     start..start + (points * Lanes::<S>::PER_BLOCK).div_ceil(BLOCK)
 }

@@ -85,7 +85,7 @@ pub(super) fn mutual_potential(
 
 /// Iterates over the points of a cell's rule with their weights.
 pub(super) fn points(nodes: &Nodes, cell: &Cell) -> impl Iterator<Item = (Vec3, f64)> {
-    let start = Nodes::triangle(cell.points);
+    let start = Nodes::triangle_start(cell.points);
     let Cell { corners: [a, b, c], share, .. } = *cell;
     (start..start + cell.points * cell.points).map(move |k| {
         let shares = vector(&nodes.points, k);

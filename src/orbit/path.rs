@@ -12,13 +12,18 @@ use std::f64::consts::PI;
 /// An orbit about a centre of known mu, with everything precomputed that does not depend on time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrbitPath {
+    /// The unit vector to periapsis.
     to_periapsis: Vec3,
+    /// The unit vector in the orbital plane a quarter turn ahead of periapsis.
     across: Vec3,
     /// The unit vector to the ascending node.
     node: Vec3,
     eccentricity: f64,
+    /// The value |1 - e|.
     gap: f64,
+    /// The value sqrt|1 - e^2|.
     width: f64,
+    /// The value |a|.
     size: f64,
     /// The speed sqrt(mu / |a|).
     speed: f64,
@@ -60,7 +65,7 @@ impl OrbitPath {
         Self { to_periapsis: -self.to_periapsis, across: -self.across, ..self }
     }
 
-    /// Returns position and velocity at a time after that of the elements.
+    /// Returns position and velocity at a time after the epoch of the elements.
     ///
     /// # Errors
     /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) for a time at which the position is not a
@@ -87,8 +92,8 @@ impl OrbitPath {
         Ok((position, velocity))
     }
 
-    /// Returns the position at a time after the epoch of the elements, and its derivatives: by a, e, i,
-    /// Omega, omega, M, the epoch, and mu.
+    /// Returns the position at a time after the epoch of the elements, and its derivatives with respect to a, e,
+    /// i, Omega, omega, M, the epoch, and mu.
     ///
     /// At a fixed mean anomaly the eccentric anomaly has dE/de = sin E / (1 - e cos E), and on a hyperbola
     /// dH/de = -sinh H / (e cosh H - 1). The mean motion is sqrt(mu / |a|^3).
@@ -130,6 +135,8 @@ impl OrbitPath {
             _ if e < 1.0 => ((1.0 + w) / e.max(1e-3)).ln() - w,
             _ => w - (1.0 / e).acos(),
         };
+        // Over an interval of half width away/16 the terms of the polynomial fall by a factor of 32 each: twelve
+        // reach round-off, 32^-12 = 1e-18.
         away / 16.0 / self.mean_motion
     }
 
@@ -220,7 +227,7 @@ impl OrbitCells {
         &self.orbit
     }
 
-    /// Returns the position at a time after that of the elements.
+    /// Returns the position at a time after the epoch of the elements.
     #[inline(always)]
     pub fn after<S: Simd>(&mut self, simd: S, time: f64) -> Result<OrbitPosition> {
         let widths = time * self.per_half_width;
@@ -228,7 +235,7 @@ impl OrbitCells {
             Some(x) => x,
             None => self.select_interval(widths)?,
         };
-        // Powers of x^4 are summed in two sums, so that neither waits for the other.
+        // Even and odd powers of x^2 are summed separately, so that the two sums are computed in parallel.
         let (square, mut sums) = (simd.splat_f64s(x * x), [0.0; WIDEST]);
         let fourth = simd.mul_f64s(square, square);
         for (register, out) in S::as_mut_simd_f64s(&mut sums).0.iter_mut().enumerate() {

@@ -40,8 +40,9 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
     if beta > 0.0 && time.abs() * beta * beta.sqrt() > TAU * mu {
         time %= TAU * mu / (beta * beta.sqrt());
     }
-    // In units of the distance at the start, Kepler's equation is s + eta0 G2 + zeta0 G3 = t/r0. Its left
-    // side rises with s, since its derivative is the distance, and is zero with t.
+    // Divided by the distance r0 at the start, Kepler's equation is s + eta G_2 + zeta G_3 = t/r0 with eta =
+    // r.v/r0 and zeta = v^2 - mu/r0. The derivative of its left side by s is the distance r/r0 > 0, and s = 0 at
+    // t = 0.
     let (eta0, zeta) = (position.dot(velocity), square - attraction);
     let eta = eta0 * inverse;
     let (mut low, mut high) = if time > 0.0 { (0.0, f64::INFINITY) } else { (f64::NEG_INFINITY, 0.0) };
@@ -51,7 +52,7 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
     let mut s = slope * (1.0 - a + (2.0 * a * a - b)).clamp(0.5, 1.5);
     let mut last_change = f64::INFINITY;
     for trial in 0..200 {
-        let g = functions(beta, s);
+        let g = g_functions(beta, s);
         let residual = (r0 * s - time) * inverse + (eta * g[2] + zeta * g[3]);
         let r = 1.0 + (eta * g[1] + zeta * g[2]);
         // Where the residual overflows, far out, it has the sign of s.
@@ -65,19 +66,19 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         // three quotients.
         let (second, third) = (eta * g[0] + zeta * g[1], zeta * g[0] - beta * eta * g[1]);
         let halley = r * r - residual * (0.5 * second);
-        let both = halley * halley;
+        let halley_square = halley * halley;
         let further = (0.5 * second) * halley - residual * (r * third * (1.0 / 6.0));
-        let less = both - residual * further;
-        let over = r * less;
-        let step = -residual * both / over;
+        let reduced = halley_square - residual * further;
+        let denominator = r * reduced;
+        let step = -residual * halley_square / denominator;
         let danby = s + step;
         let within = |next: f64| next > low && next < high;
         // Where `halley` vanishes or doubles overflow, Danby's step vanishes beside Newton's, which is not a
         // sign of convergence.
-        let sound = 10.0 * both >= less.abs() && over.is_finite();
+        let reliable = 10.0 * halley_square >= reduced.abs() && denominator.is_finite();
         // Far out on a hyperbola, where the equation is exponential, halving the bracket is quicker than a
         // step of any order. A step that rounds to nothing ends at the root, which is an end of the bracket.
-        let inside = (within(danby) || danby == s) && sound && (trial < QUICK || trial % 2 == 0);
+        let inside = (within(danby) || danby == s) && reliable && (trial < QUICK || trial % 2 == 0);
         let newton = s - residual / r;
         let next = if inside {
             danby
@@ -100,14 +101,15 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
                 let half = 0.5 * step;
                 [g[0], g[1] + step * (g[0] - half * beta * g[1]), g[2] + step * (g[1] + half * g[0]), g[3]]
             } else {
-                functions(beta, s)
+                g_functions(beta, s)
             };
-            let nearness = 1.0 / (1.0 + (eta * g[1] + zeta * g[2]));
+            // The ratio r0/r of the distances at the start and the end.
+            let distance_ratio = 1.0 / (1.0 + (eta * g[1] + zeta * g[2]));
             let (f, g_time) = (-attraction * g[2], r0 * g[1] + eta0 * g[2]);
-            let (fdot, gdot) = (-(attraction * inverse) * g[1] * nearness, f * nearness);
+            let (fdot, gdot) = (-(attraction * inverse) * g[1] * distance_ratio, f * distance_ratio);
             let change = [f * position + g_time * velocity, fdot * position + gdot * velocity];
-            let there = nearness * inverse;
-            let acceleration = (position + change[0]) * (-mu * there * there * there);
+            let inverse_end = distance_ratio * inverse;
+            let acceleration = (position + change[0]) * (-mu * inverse_end * inverse_end * inverse_end);
             let finite = (change[0].sum() + change[1].sum()).is_finite();
             return finite.then_some(KeplerChange { position: change[0], velocity: change[1], acceleration });
         }
@@ -119,7 +121,7 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
 /// Computes G_0 to G_3 = s^k c_k(beta s^2), with c_k Stumpff's functions: by series at a reduced argument,
 /// followed by doublings.
 #[inline(always)]
-fn functions(beta: f64, s: f64) -> [f64; 4] {
+fn g_functions(beta: f64, s: f64) -> [f64; 4] {
     let mut z = beta * s * s;
     let mut doublings = 0;
     while z.abs() > SERIES_LIMIT && doublings < 60 {

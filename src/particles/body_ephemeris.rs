@@ -136,12 +136,16 @@ impl<'a> BodyEphemeris<'a> {
                 }
             }
             let size = segment.size().abs();
-            let offset_rate =
-                if layout.forces > 0 { segment.rates(layout.barycentre_offset() + 3, 3)[0] } else { 0.0 };
+            let offset_rate = if layout.forces > 0 {
+                segment.derivative_bounds(layout.barycentre_offset() + 3, 3)[0]
+            } else {
+                0.0
+            };
             let length = |index: usize| high[index..index + 3].iter().map(|x| x * x).sum::<f64>().sqrt();
             for (body, bounds) in self.bounds.iter_mut().enumerate() {
                 let (v, s) = (layout.velocity(body), layout.spin(body));
-                let (faster, faster_spin) = (segment.rates(v, 3)[0] + offset_rate, segment.rates(s, 3)[0]);
+                let (faster, faster_spin) =
+                    (segment.derivative_bounds(v, 3)[0] + offset_rate, segment.derivative_bounds(s, 3)[0]);
                 let drift = self.frame.barycentre_offset(high).1.norm();
                 bounds.speed = bounds.speed.max(length(v) + drift + faster);
                 bounds.acceleration = bounds.acceleration.max(faster / size);

@@ -4,7 +4,7 @@ use super::body_ephemeris::BodyEphemeris;
 use super::external_forces::ExternalForces;
 use super::surface::motion_at_fraction;
 use crate::error::{Error, Result};
-use crate::integrate::{POINTS, Segment, counts, sample_fractions, zeros};
+use crate::integrate::{SAMPLES, Segment, direction_matches, sample_fractions, zeros};
 use crate::math::Vec3;
 use std::fmt;
 
@@ -106,13 +106,13 @@ pub fn scan(
                 Err(Error::invalid(what, value, "a finite number"))
             }
         };
-        let mut values = [0.0; POINTS];
-        for k in 0..POINTS - 1 {
+        let mut values = [0.0; SAMPLES];
+        for k in 0..SAMPLES - 1 {
             values[k] = value(at_fraction(step, fractions[k]))?;
         }
         // The next step begins at these values, so that a zero is found in exactly one of the two.
-        values[POINTS - 1] = value(after)?;
-        let accepts = |rises| counts(event.direction, rises);
+        values[SAMPLES - 1] = value(after)?;
+        let accepts = |rises| direction_matches(event.direction, rises);
         let take_zero = |theta, rising| {
             let (time, position, velocity) = at_fraction(step, theta);
             out.push(ParticleOccurrence { event: index, particle, time, position, velocity, rising });

@@ -362,7 +362,7 @@ impl PartSurface {
         length: f64,
     ) -> MotionBound {
         let bounds = ephemeris.bounds[body];
-        let acceleration = bounds.acceleration + step.rates(3, 3)[0] / step.size().abs();
+        let acceleration = bounds.acceleration + step.derivative_bounds(3, 3)[0] / step.size().abs();
         let (position, velocity) = motion_at(step, step.start());
         let pose = ephemeris.pose(body, step.start());
         let speed = (velocity - pose.velocity).norm() + acceleration * length;

@@ -23,15 +23,15 @@ use crate::shape::Polyhedron;
 use std::ops::Range;
 
 /// The largest number of points along a side of a cell.
-pub const MOST: usize = 12;
+pub const MOST_POINTS: usize = 12;
 /// The largest number of halvings of a cell, which is also the size of the stack.
-const DEEPEST: usize = 64;
+const MAX_HALVINGS: usize = 64;
 /// The number of units into which a face can be divided between the pieces of a sum.
 const UNITS: usize = 64;
 /// The work of one piece of a sum.
 const WORK: u64 = interrupt::UNITS;
 
-/// The strength of the singularity of another body's potential, and the error that is allowed.
+/// What a rule over cells must achieve: the singularity of the other body's potential, and the allowed error.
 #[derive(Debug, Clone, Copy)]
 pub struct Demand {
     /// The smallest error that matters, as a force per unit G m m times the volume.
@@ -66,7 +66,7 @@ impl Demand {
         let x = distance / (std::f64::consts::SQRT_2 * radius);
         let degree = reduction.ln() / (x + 1.0f64.hypot(x)).ln();
         let points = (0.5 * degree).ceil() + 1.0;
-        (points <= MOST as f64).then_some((points as usize).max(2))
+        (points <= MOST_POINTS as f64).then_some((points as usize).max(2))
     }
 }
 
@@ -104,7 +104,7 @@ pub struct Cells<'a, D> {
     range: Range<usize>,
     face: usize,
     volume: f64,
-    stack: [Cell; DEEPEST + 1],
+    stack: [Cell; MAX_HALVINGS + 1],
     length: usize,
 }
 
@@ -117,7 +117,7 @@ impl<'a, D: FnMut(&Vec3) -> f64> Cells<'a, D> {
             Cell { corners: [zero; 3], normal: zero, share: 0.0, points: 0, unit: 0, span: 0, depth: 0 };
         let range = range.start..range.end.min(UNITS * polyhedron.faces().len());
         let (face, volume) = (range.start / UNITS, polyhedron.volume());
-        Self { polyhedron, demand, distance, range, face, volume, stack: [none; DEEPEST + 1], length: 0 }
+        Self { polyhedron, demand, distance, range, face, volume, stack: [none; MAX_HALVINGS + 1], length: 0 }
     }
 
     /// Divides all cells into pieces of a few milliseconds, where each point takes the work `work_per_point`.
@@ -205,9 +205,9 @@ impl<D: FnMut(&Vec3) -> f64> Iterator for Cells<'_, D> {
                 (a - centre).norm_squared().max((b - centre).norm_squared()).max((c - centre).norm_squared());
             let distance = (self.distance)(&centre);
             match self.demand.points(cell.share, radius.sqrt(), distance) {
-                None if cell.depth < DEEPEST => self.halve(cell),
+                None if cell.depth < MAX_HALVINGS => self.halve(cell),
                 points if cell.unit >= self.range.start => {
-                    return Some(Cell { points: points.unwrap_or(MOST), ..cell });
+                    return Some(Cell { points: points.unwrap_or(MOST_POINTS), ..cell });
                 }
                 _ => {}
             }

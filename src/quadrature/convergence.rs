@@ -147,9 +147,9 @@ impl Degrees {
 
 impl DegreeRange {
     /// Returns [`degree_for`] a rate, from the remembered range if that contains the rate.
-    fn degree_for(&mut self, rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
+    fn degree_for(&mut self, rate: f64, tolerance: f64, power: f64, margin: usize) -> Option<usize> {
         if !(self.slowest..=self.fastest).contains(&rate) {
-            let degree = degree_for(rate, tolerance, power, more)?;
+            let degree = degree_for(rate, tolerance, power, margin)?;
             let (slowest, fastest) =
                 if degree == self.degree { (self.slowest, self.fastest) } else { (rate, rate) };
             *self = Self { degree, slowest: slowest.min(rate), fastest: fastest.max(rate) };
@@ -165,23 +165,23 @@ fn outermost_ring(gauss: usize) -> f64 {
     ((1.0 - t) * (1.0 + t)).sqrt()
 }
 
-/// Returns the number of angles of a ring that meets the tolerance. The ring's radius is `times` smaller than
-/// that of the outermost ring and its weight is `weight` times as large, and the angles of the outermost ring
+/// Returns the number of angles of a ring that meets the tolerance. The ring's radius is that of the outermost
+/// ring divided by `radius_ratio`, its weight is `weight_ratio` times as large, and the angles of the outermost ring
 /// meet the tolerance. It returns the outermost ring's number if the tolerance is zero, or so loose that no
 /// rate needs as many. The ring's error may be twice that of the outermost one.
-pub fn angles_of_ring(outermost: usize, times: f64, weight: f64, tolerance: f64) -> usize {
+pub fn angles_of_ring(outermost: usize, radius_ratio: f64, weight_ratio: f64, tolerance: f64) -> usize {
     let degree = outermost as f64 - 2.0;
     if degree < 1.0 || tolerance <= 0.0 {
         return outermost;
     }
-    // The number `slowest` bounds, from above, the slowest rate at which this number of angles is sufficient:
-    // the fixed point of a contraction by about the degree.
+    // The number `log_rate` bounds from above the logarithm of the slowest rate at which this number of angles is
+    // sufficient: it is the fixed point of a contraction by about the degree.
     let digits = -tolerance.ln();
-    let slower = |speed: f64| ((digits - (digits / speed).ln_1p()) / degree).max(0.0);
-    let speed = (0..100).fold(digits / degree, |speed, _| slower(speed));
-    if speed > 0.0 {
-        (degree_of((times * speed.sinh()).asinh(), tolerance / (0.5 * weight).max(1.0), 1.0, 1) + 1)
-            .min(outermost)
+    let next = |log_rate: f64| ((digits - (digits / log_rate).ln_1p()) / degree).max(0.0);
+    let log_rate = (0..100).fold(digits / degree, |log_rate, _| next(log_rate));
+    if log_rate > 0.0 {
+        let ring_log_rate = (radius_ratio * log_rate.sinh()).asinh();
+        (degree_of(ring_log_rate, tolerance / (0.5 * weight_ratio).max(1.0), 1.0, 1) + 1).min(outermost)
     } else {
         outermost
     }
@@ -198,16 +198,16 @@ pub fn layer_degree(rate: f64, tolerance: f64) -> Option<usize> {
     degree_for(rate, tolerance, 0.0, 2)
 }
 
-/// Returns the smallest degree L with L^-power rate^-L below the tolerance, plus `more`: the torque is
+/// Returns the smallest degree L with L^-power rate^-L below the tolerance, plus `margin`: the torque is
 /// smaller than lever times force by about the rate, and its error must be smaller by as much.
-fn degree_for(rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
-    (rate >= SLOWEST_RATE).then(|| degree_of(rate.ln(), tolerance, power, more))
+fn degree_for(rate: f64, tolerance: f64, power: f64, margin: usize) -> Option<usize> {
+    (rate >= SLOWEST_RATE).then(|| degree_of(rate.ln(), tolerance, power, margin))
 }
 
 /// Returns [`degree_for`] a rate that is given by its logarithm.
-fn degree_of(speed: f64, tolerance: f64, power: f64, more: usize) -> usize {
-    let without_power = -tolerance.ln() / speed;
-    (without_power - power * without_power.ln_1p() / speed).ceil().max(0.0) as usize + more
+fn degree_of(log_rate: f64, tolerance: f64, power: f64, margin: usize) -> usize {
+    let without_power = -tolerance.ln() / log_rate;
+    (without_power - power * without_power.ln_1p() / log_rate).ceil().max(0.0) as usize + margin
 }
 
 /// Returns a first guess of the degree for close bodies: by the ratio of the conformal radii of two confocal

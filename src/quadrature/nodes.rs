@@ -1,7 +1,7 @@
 //! Nodes and weights of the rules.
 
 use super::Order;
-use super::cells::MOST as MOST_OF_CELL;
+use super::cells::MOST_POINTS;
 use super::convergence::angles_of_ring;
 use crate::gravity::Layer;
 use crate::math::lanes::BLOCK;
@@ -104,12 +104,12 @@ impl Nodes {
         Self { points, weights, count }
     }
 
-    /// Returns all Gauss rules for triangles up to `MOST_OF_CELL` points along a side, one after the other.
-    /// Points are given by their weights in the three corners; [`Self::triangle`] returns the index at which
+    /// Returns all Gauss rules for triangles up to `MOST_POINTS` points along a side, one after the other.
+    /// Points are given by their weights in the three corners; [`Self::triangle_start`] returns the index at which
     /// each rule begins.
     pub fn triangles() -> Self {
         let mut nodes = Self::empty();
-        for n in 2..=MOST_OF_CELL {
+        for n in 2..=MOST_POINTS {
             for TriangleNode { shares, weight } in triangle::rule(n) {
                 nodes.points.iter_mut().zip(shares).for_each(|(p, share)| p.push(share));
                 nodes.weights.push(weight);
@@ -120,7 +120,7 @@ impl Nodes {
     }
 
     /// Returns the index at which the triangle rule of n^2 points begins.
-    pub fn triangle(n: usize) -> usize {
+    pub fn triangle_start(n: usize) -> usize {
         (2..n).map(|m| (m * m).next_multiple_of(BLOCK)).sum()
     }
 

@@ -274,7 +274,7 @@ impl Approach {
             let p = layout.position(body);
             let at = |basis| Vec3::from([0, 1, 2].map(|c| piece.number(basis, p + c)));
             self.ends[body] = [at(&ends[0]), at(&ends[1])];
-            self.sagittas[body] = 0.125 * piece.rates(p, 3)[1];
+            self.sagittas[body] = 0.125 * piece.derivative_bounds(p, 3)[1];
         }
         let mut contact: Option<Contact> = None;
         for i in 0..n {

@@ -63,13 +63,13 @@ impl<'a> Encounter<'a> {
         parts: [&'a Part; 2],
         names: [&'a str; 2],
     ) -> Self {
-        let [first, second] = bodies.map(|body| piece.rates(layout.position(body), 3));
+        let [first, second] = bodies.map(|body| piece.derivative_bounds(layout.position(body), 3));
         let width = layout.chart.width();
         let attitude = |body| match layout.chart {
-            AttitudeChart::Quaternion => piece.rates(layout.attitude(body), width),
+            AttitudeChart::Quaternion => piece.derivative_bounds(layout.attitude(body), width),
             // The rate of an angle is that of a rotation about an axis, and three of them add up at most.
             AttitudeChart::TaitBryan => (0..width).fold([0.0; 3], |sum, c| {
-                let rates = piece.rates(layout.attitude(body) + c, 1);
+                let rates = piece.derivative_bounds(layout.attitude(body) + c, 1);
                 [0, 1, 2].map(|k| sum[k] + rates[k])
             }),
         };

@@ -64,8 +64,8 @@ impl Equations for Motion {
         Ok(self.equations.derivative(part, time, y, rate)?)
     }
 
-    fn dependent(&self, _dimension: usize) -> usize {
-        self.equations.layout().dependent()
+    fn dimension_without_quadratures(&self, _dimension: usize) -> usize {
+        self.equations.layout().dimension_without_quadratures()
     }
 
     fn quadratures(&mut self, time: f64, y: &[f64], rate: &mut [f64]) {

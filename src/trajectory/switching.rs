@@ -7,7 +7,7 @@ use super::Simulation;
 use super::approach::Contact;
 use super::tangent::Tangents;
 use crate::error::Result;
-use crate::integrate::first_fall;
+use crate::integrate::first_fall_below_zero;
 use crate::interrupt::InterruptCheck;
 
 /// The distance from the end of a step, as a fraction of the step, within which a switch counts as being at
@@ -44,7 +44,7 @@ impl Simulation {
                 Ok(equations.switch_margin(force, piece.time_at(theta), &y))
             };
             let until = first.map_or(end, |(_, time)| piece.fraction(time));
-            let Some((theta, behind)) = first_fall(&mut margin, until)? else { continue };
+            let Some((theta, behind)) = first_fall_below_zero(&mut margin, until)? else { continue };
             // The time must be after the root and after the start, by no more than the rounding of times.
             let (mut time, last) = (piece.time_at(theta), piece.time_at(behind));
             let mut by = (f64::EPSILON * time.abs()).max(f64::MIN_POSITIVE).copysign(piece.size());

@@ -1,4 +1,5 @@
-//! Quaternions of unit length, and Jacobi's coordinates, to twice the working precision.
+//! Tests of parts of the dynamics that compute in twice the working precision: the normalisation of quaternions
+//! and the Kepler drift in Jacobi coordinates.
 
 use crate::support::*;
 use fullbody::dynamics::{AttitudeChart, BarycentricFrame, DriftKind, Dynamics, Settings, Splitting, System};
@@ -9,7 +10,7 @@ use fullbody::mutual::Method;
 use fullbody::orbit::KeplerElements;
 use fullbody::shape::{Body, Shape};
 
-fn points(masses: &[f64], chart: AttitudeChart) -> System {
+fn point_masses(masses: &[f64], chart: AttitudeChart) -> System {
     let names = ["A", "B", "C"].into_iter().zip(masses);
     let bodies = names.map(|(name, mass)| Body::with_mass(name, Shape::Point, *mass).unwrap());
     let settings = Settings { gravity: Method::Point, attitude_chart: chart, ..Settings::default() };
@@ -23,11 +24,11 @@ fn equations(system: &System) -> Dynamics {
     system.dynamics(&frame, &mut InterruptCheck::never()).unwrap()
 }
 
-/// A quaternion that is a little too long comes back to unit length, farther than one number can say, and
-/// keeps its direction. What Newton's step leaves of an excess d of the square is 3/4 d^2.
+/// A quaternion in two parts whose length is 1 + excess becomes one of unit length and the same direction, more
+/// accurately than a double can represent. Newton's step leaves 3 excess^2 of the square of the length.
 #[test]
-fn quaternions_come_back_to_unit_length() {
-    let dynamics = equations(&points(&[1.0, 2.0], AttitudeChart::Quaternion));
+fn quaternions_are_normalised_in_twice_the_working_precision() {
+    let dynamics = equations(&point_masses(&[1.0, 2.0], AttitudeChart::Quaternion));
     let layout = dynamics.layout();
     for excess in [1e-9, -1e-9, 3e-13] {
         let (mut high, mut low) = (vec![0.7; layout.dimension()], vec![1e-18; layout.dimension()]);
@@ -47,32 +48,32 @@ fn quaternions_come_back_to_unit_length() {
             for c in a..a + 4 {
                 let (product, error) = two_product(high[c], high[c]);
                 [product, error, 2.0 * high[c] * low[c]].into_iter().for_each(|part| square.add(part));
-                // The same multiple of every number.
+                // All components change by the same factor.
                 let change = (high[c] - before.0[c]) + (low[c] - before.1[c]);
                 let expected = -excess * before.0[c];
                 assert!((change - expected).abs() < 3e-16 * before.0[c].abs(), "{change:e} {expected:e}");
             }
             assert!(square.value().abs() < 3.1 * excess * excess + 1e-30, "{excess:e}: {:e}", square.value());
         }
-        // All else is left alone.
+        // Nothing else changes.
         for c in (0..layout.attitude(0)).chain(layout.spin(0)..layout.dimension()) {
             assert_eq!((high[c], low[c]), (before.0[c], before.1[c]));
         }
     }
-    // Angles have no length.
-    let dynamics = equations(&points(&[1.0, 2.0], AttitudeChart::TaitBryan));
+    // Tait-Bryan angles are not normalised.
+    let dynamics = equations(&point_masses(&[1.0, 2.0], AttitudeChart::TaitBryan));
     let (mut high, mut low) =
         (vec![0.7; dynamics.layout().dimension()], vec![0.0; dynamics.layout().dimension()]);
     dynamics.restore(&mut high, &mut low);
     assert!(high.iter().all(|x| *x == 0.7) && low.iter().all(|x| *x == 0.0));
 }
 
-/// The drift of three bodies a million separations from the origin: Kepler motion of their Jacobi vectors,
-/// which the numbers of their places have in their low parts alone.
+/// Three bodies at a million separations from the origin drift: their Jacobi vectors follow Kepler orbits to
+/// 1e-14, though the high parts of the positions alone resolve these vectors to 1e-10 only.
 #[test]
-fn jacobi_vectors_keep_their_digits_far_out() {
+fn jacobi_vectors_follow_kepler_orbits_far_from_the_origin() {
     let masses = [3.0, 1.0, 2.0];
-    let system = points(&masses, AttitudeChart::Quaternion);
+    let system = point_masses(&masses, AttitudeChart::Quaternion);
     let dynamics = equations(&system);
     let layout = dynamics.layout();
     let orbits = [([1.0, 0.2, 0.3, 0.4, 0.5, 0.6], 4.0), ([9.0, 0.1, 0.5, 1.4, 2.5, 0.2], 6.0)];
@@ -82,8 +83,8 @@ fn jacobi_vectors_keep_their_digits_far_out() {
             KeplerElements::new(a, e, i, node, periapsis, mean).unwrap().to_cartesian(mu).unwrap()
         })
     };
-    // Numbers with low parts for A, and from its place those of the others: B by the first vector, C by the
-    // second from the barycentre of A and B.
+    // A has an arbitrary position and velocity with low parts. B is at the first Jacobi vector from A, and C at
+    // the second from the barycentre of A and B, which is a quarter of the first vector from A.
     let far = |c: usize| Compensated { high: 1e6 * (c as f64 + 1.3), low: 3e-11 * (c as f64 - 1.7) };
     let plus = |mut number: Compensated, parts: &[f64]| {
         parts.iter().for_each(|part| number.add(*part));
@@ -97,9 +98,9 @@ fn jacobi_vectors_keep_their_digits_far_out() {
     let blocks = [(layout.position(0), first.0, second.0), (layout.velocity(0), first.1, second.1)];
     for (block, first, second) in blocks {
         for c in 0..3 {
-            let places = [far(c), plus(far(c), &[first[c]]), plus(far(c), &[0.25 * first[c], second[c]])];
-            for (body, place) in places.into_iter().enumerate() {
-                (high[block + 3 * body + c], low[block + 3 * body + c]) = (place.high, place.low);
+            let positions = [far(c), plus(far(c), &[first[c]]), plus(far(c), &[0.25 * first[c], second[c]])];
+            for (body, number) in positions.into_iter().enumerate() {
+                (high[block + 3 * body + c], low[block + 3 * body + c]) = (number.high, number.low);
             }
         }
     }

@@ -61,7 +61,7 @@ pub struct Layout {
 impl Layout {
     /// Returns the length of the vector.
     pub fn dimension(self) -> usize {
-        self.dependent() + WORK_AND_IMPULSE * self.forces
+        self.dimension_without_quadratures() + WORK_AND_IMPULSE * self.forces
     }
 
     /// Returns the index of the first of the six numbers of the barycentre offset, which equals the length of
@@ -73,7 +73,7 @@ impl Layout {
 
     /// Returns the number of values on which the rates of change depend: all but work and impulse.
     #[inline]
-    pub fn dependent(self) -> usize {
+    pub fn dimension_without_quadratures(self) -> usize {
         self.barycentre_offset() + if self.forces > 0 { 6 } else { 0 }
     }
 
@@ -85,7 +85,7 @@ impl Layout {
     /// Returns the index of the first of the seven numbers of a force.
     #[inline]
     pub fn work_and_impulse_index(self, force: usize) -> usize {
-        self.dependent() + WORK_AND_IMPULSE * force
+        self.dimension_without_quadratures() + WORK_AND_IMPULSE * force
     }
 
     /// Returns the index of the first position component of a body.

@@ -8,7 +8,7 @@
 use crate::error::{Error, Result, require_positive};
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
-use crate::math::exchange::displaced;
+use crate::math::exchange::displacement_derivatives;
 use crate::math::harmonics::{WeightedHarmonics, count, index, moved, scale_degrees};
 use crate::math::lanes::BLOCK;
 use crate::shape::{Body, Ellipsoid, InputCoefficients, Shape, StokesCoefficients};
@@ -230,7 +230,7 @@ fn by_semi_axes(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> [Vec<f64>; 
             }
         }
         let lower = nodes.means(degree, arch, |_, _| false);
-        let mut derivatives = displaced(&lower[..degree * degree], axis);
+        let mut derivatives = displacement_derivatives(&lower[..degree * degree], axis);
         for (l, m) in degrees_and_orders(degree) {
             derivatives[index(l, m)] *= if vanishes(l, m) { 0.0 } else { 3.0 / (l + 3) as f64 };
         }

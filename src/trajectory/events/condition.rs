@@ -297,11 +297,11 @@ impl Condition<'_> {
         for index in [*body, *by] {
             let position = layout.position(index);
             distance += Vec3::from_column_slice(&piece.start_vector().0[position..][..3]).norm();
-            speed += piece.rates(position, 3)[0];
+            speed += piece.derivative_bounds(position, 3)[0];
             let attitude = layout.attitude(index);
             let rate = match layout.chart {
-                AttitudeChart::Quaternion => 2.0 * piece.rates(attitude, 4)[0],
-                AttitudeChart::TaitBryan => (0..3).map(|c| piece.rates(attitude + c, 1)[0]).sum(),
+                AttitudeChart::Quaternion => 2.0 * piece.derivative_bounds(attitude, 4)[0],
+                AttitudeChart::TaitBryan => (0..3).map(|c| piece.derivative_bounds(attitude + c, 1)[0]).sum(),
             };
             let body = &equations.system().bodies()[index];
             // The outline of a sphere does not change when it rotates.

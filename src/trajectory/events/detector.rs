@@ -4,7 +4,7 @@ use super::condition::EvaluationPoint;
 use super::{Condition, Event, Occurrence};
 use crate::dynamics::Dynamics;
 use crate::error::{Error, Result};
-use crate::integrate::{POINTS, Segment, counts, sample_fractions, zeros};
+use crate::integrate::{SAMPLES, Segment, direction_matches, sample_fractions, zeros};
 use crate::interrupt::InterruptCheck;
 use crate::trajectory::approach::Contact;
 
@@ -16,7 +16,7 @@ const SCAN: u64 = 200;
 
 /// The search for events along a run.
 pub(crate) struct EventDetector {
-    values: Vec<[f64; POINTS]>,
+    values: Vec<[f64; SAMPLES]>,
     /// Whether the last values are those at the start of the next piece.
     has_values: bool,
     /// Whether the next piece starts from a state that was set, and not from one that a step has reached.
@@ -49,7 +49,7 @@ impl EventDetector {
         }
         let dimension = equations.layout().dimension();
         Ok(Self {
-            values: vec![[0.0; POINTS]; events.len()],
+            values: vec![[0.0; SAMPLES]; events.len()],
             has_values: false,
             state_was_set,
             y: vec![0.0; dimension],
@@ -143,16 +143,16 @@ impl EventDetector {
         &mut self,
         equations: &Dynamics,
         (piece, pieces): (&Segment, &[Segment]),
-        fractions: &[f64; POINTS],
+        fractions: &[f64; SAMPLES],
         piece_end: (f64, &[f64]),
         events: &mut [Event],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         for values in &mut self.values {
-            values[0] = values[POINTS - 1];
+            values[0] = values[SAMPLES - 1];
         }
-        for k in usize::from(self.has_values)..POINTS {
-            let (time, y) = if k == POINTS - 1 {
+        for k in usize::from(self.has_values)..SAMPLES {
+            let (time, y) = if k == SAMPLES - 1 {
                 piece_end
             } else {
                 piece.at(fractions[k], &mut self.y);
@@ -171,13 +171,13 @@ impl EventDetector {
         &mut self,
         equations: &Dynamics,
         (piece, pieces): (&Segment, &[Segment]),
-        fractions: &[f64; POINTS],
+        fractions: &[f64; SAMPLES],
         contact: Option<Contact>,
         events: &mut [Event],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let Self { values, state_was_set, y, zeros: low, event_zeros, .. } = self;
-        let (end, forward) = (fractions[POINTS - 1], piece.size() > 0.0);
+        let (end, forward) = (fractions[SAMPLES - 1], piece.size() > 0.0);
         event_zeros.clear();
         let mut take = |theta: f64, index: usize| {
             if !*state_was_set || theta > NO_EVENT_WITHIN {
@@ -190,7 +190,7 @@ impl EventDetector {
                 && contact.is_of(*first, *second)
             {
                 // The function of a contact falls along the run.
-                if counts(direction, !forward) {
+                if direction_matches(direction, !forward) {
                     take(end, index);
                 }
                 continue;
@@ -201,7 +201,7 @@ impl EventDetector {
                 let time = piece.time_at(theta);
                 checked(event, &EvaluationPoint { equations, time, y, zeros: low, pieces }, interrupt)
             };
-            let accepts = |rises: bool| counts(direction, rises == forward);
+            let accepts = |rises: bool| direction_matches(direction, rises == forward);
             zeros(fractions, values, steepness, f, accepts, |theta, _| take(theta, index))?;
         }
         self.event_zeros.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -1,6 +1,6 @@
 //! Derivatives of the light of facets, by differences and by the closed forms of ellipsoids.
 
-use super::{Scene, axis, body, facets, lumpy, pair, photometer, product, solid, turned};
+use super::{Scene, axis, body, facets, irregular, pair, photometer, product, rotated, solid};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::{Mat3, Vec3, rotation};
 use fullbody::photometry::Law;
@@ -38,7 +38,7 @@ fn assert_derivatives(bodies: &[Body], scene: &Scene, law: Law) {
             assert_slope(moved, &found, "position");
             let rotated = |by: f64| {
                 let mut scene = scene.clone();
-                scene.attitude[other] = turned(scene.attitude[other], unit * by);
+                scene.attitude[other] = rotated(scene.attitude[other], unit * by);
                 scene.brightness(bodies, law)
             };
             let found: Vec<f64> = partials.iter().map(|(_, p)| p.by_body[other].rotation[k]).collect();
@@ -68,7 +68,7 @@ fn derivatives_of_facets_with_shadows_are_those_of_differences() {
     }
     // Two parts that overlap hide what is within the other one.
     let part = |phase: f64, place: [f64; 3]| {
-        let shape = Shape::Polyhedron(lumpy(3, 0.1, phase));
+        let shape = Shape::Polyhedron(irregular(3, 0.1, phase));
         InputPart { shape, mass: 1.0, position: place, attitude: [1.0, 0.0, 0.0, 0.0] }
     };
     let parts = vec![part(0.2, [0.0; 3]), part(0.9, [0.8, 0.3, -0.2])];
@@ -156,7 +156,7 @@ fn derivatives_of_an_ellipsoid_beside_facets_are_nearly_those_of_two_ellipsoids(
     for step in [2, 3, 4] {
         let (_, scene) = pair(step);
         let exact = of(&semi_axes.map(ellipsoid), &scene);
-        let sphere = lumpy(24, 0.0, 0.0);
+        let sphere = irregular(24, 0.0, 0.0);
         let vertices: Vec<Vec3> = sphere.vertices().map(|v| v.component_mul(&semi_axes[1])).collect();
         let faceted = of(&[ellipsoid(semi_axes[0]), body(&solid(&vertices, sphere.faces()))], &scene);
         let largest = exact[0].iter().map(|v| v.norm()).fold(0.0, f64::max);
@@ -176,7 +176,7 @@ fn composites_with_ellipsoids_have_derivatives_but_no_semi_axes() {
     };
     let parts = vec![
         part(Shape::ellipsoid([0.9, 0.7, 0.6]).unwrap(), [0.0; 3]),
-        part(Shape::Polyhedron(lumpy(4, 0.1, 0.2).scaled(0.5)), [0.7, 0.1, 0.3]),
+        part(Shape::Polyhedron(irregular(4, 0.1, 0.2).scaled(0.5)), [0.7, 0.1, 0.3]),
     ];
     let composite = Body::composite("pieces", parts).unwrap();
     let (_, scene) = pair(2);
@@ -193,7 +193,7 @@ fn composites_with_ellipsoids_have_derivatives_but_no_semi_axes() {
     assert!((by_body.rotation - expected).norm() < 1e-9 * expected.norm(), "{} {expected}", by_body.rotation);
     for k in 0..3 {
         let value = |by: f64| {
-            let attitude = vec![turned(scene.attitude[0], axis(k) * by)];
+            let attitude = vec![rotated(scene.attitude[0], axis(k) * by)];
             Scene { attitude, ..scene.clone() }.brightness(&bodies, Law::LOMMEL_SEELIGER)[0]
         };
         let slope = (value(0.02) - value(-0.02)) / 0.04;
@@ -213,7 +213,7 @@ fn the_light_of_facets_is_linear_in_their_areas_and_its_derivatives_are_those_of
         assert!((sum - value).abs() < 1e-14 * value);
         for k in 0..3 {
             let rotated = |by: f64| {
-                let attitude = vec![turned(scene.attitude[0], axis(k) * by)];
+                let attitude = vec![rotated(scene.attitude[0], axis(k) * by)];
                 Scene { attitude, ..scene.clone() }.brightness(&bodies, law)
             };
             assert_slope(rotated, &[partials.by_body[0].rotation[k]], "rotation");

@@ -1,4 +1,5 @@
-//! Light of polyhedra with shadows on themselves and on each other, by rays, closed forms and differences.
+//! Tests of the brightness of polyhedra that hide parts of themselves and of each other from the observer and the
+//! Sun: against ray tracing, closed forms and finite differences.
 
 mod derivatives;
 
@@ -10,7 +11,7 @@ use fullbody::math::{Vec3, rotation};
 use fullbody::photometry::{Law, Photometer, Surface, View, recoil};
 use fullbody::shape::{Body, Facets, InputPart, Polyhedron, Shape};
 
-/// The pose of bodies and the directions to the observer and to the Sun.
+/// The poses of bodies, and the directions to the observer and to the Sun.
 #[derive(Clone)]
 struct Scene {
     position: Vec<Vec3>,
@@ -43,8 +44,9 @@ fn body(polyhedron: &Polyhedron) -> Body {
     Body::with_mass("body", Shape::Polyhedron(polyhedron.clone()), 1.0).unwrap()
 }
 
-/// A unit sphere of 8 n^2 faces whose radius is multiplied by one plus these lumps.
-fn lumpy(n: usize, lumps: f64, phase: f64) -> Polyhedron {
+/// An irregular body: a unit sphere of 8 n^2 faces whose radius is multiplied by one plus `amplitude` times sines
+/// of the coordinates, which are shifted by `phase`.
+fn irregular(n: usize, amplitude: f64, phase: f64) -> Polyhedron {
     let (mut vertices, mut faces): (Vec<Vec3>, Vec<[u32; 3]>) = (Vec::new(), Vec::new());
     let mut index = |v: Vec3| {
         let found = vertices.iter().position(|w| (w - v).norm() < 1e-9);
@@ -70,20 +72,20 @@ fn lumpy(n: usize, lumps: f64, phase: f64) -> Polyhedron {
         }
     }
     let radius = |v: &Vec3| {
-        1.0 + lumps
+        1.0 + amplitude
             * ((5.0 * v.x + phase).sin() * (4.0 * v.y - phase).cos() + (6.0 * v.z + 2.0 * phase).sin())
     };
     let vertices: Vec<Vec3> = vertices.iter().map(|v| v * radius(v)).collect();
     solid(&vertices, &faces)
 }
 
-/// A pair in which the second body passes before the first one and its shadow follows.
+/// Two bodies, the second of which crosses the first one with growing `step`, followed by its shadow.
 fn pair(step: usize) -> (Vec<Body>, Scene) {
-    let bodies = vec![body(&lumpy(5, 0.15, 0.3)), body(&lumpy(4, 0.15, 1.1).scaled(0.45))];
-    let way = -1.1 + 0.37 * step as f64;
+    let bodies = vec![body(&irregular(5, 0.15, 0.3)), body(&irregular(4, 0.15, 1.1).scaled(0.45))];
+    let y = -1.1 + 0.37 * step as f64;
     let unit = |q: [f64; 4]| q.map(|x| x / q.iter().map(|x| x * x).sum::<f64>().sqrt());
     let scene = Scene {
-        position: vec![Vec3::new(0.02, 0.0, 0.01), Vec3::new(2.4, way, 0.21)],
+        position: vec![Vec3::new(0.02, 0.0, 0.01), Vec3::new(2.4, y, 0.21)],
         attitude: vec![
             unit([0.9, 0.1 * step as f64, 0.3, -0.2]),
             unit([0.4, -0.3, 0.1 + 0.2 * step as f64, 0.5]),
@@ -93,102 +95,103 @@ fn pair(step: usize) -> (Vec<Body>, Scene) {
     (bodies, scene)
 }
 
-/// The triangles of polyhedra in their pose.
-fn placed(bodies: &[Body], scene: &Scene) -> Vec<Vec<[Vec3; 3]>> {
+/// The faces of each polyhedron in the inertial frame.
+fn inertial_faces(bodies: &[Body], scene: &Scene) -> Vec<Vec<[Vec3; 3]>> {
     let of = |(k, body): (usize, &Body)| {
         let Shape::Polyhedron(polyhedron) = &body.parts()[0].shape else { unreachable!() };
-        let turned = rotation::matrix(scene.attitude[k]);
+        let rotation = rotation::matrix(scene.attitude[k]);
         (0..polyhedron.faces().len())
-            .map(|face| polyhedron.corners(face).map(|v| scene.position[k] + turned * v))
+            .map(|face| polyhedron.corners(face).map(|v| scene.position[k] + rotation * v))
             .collect()
     };
     bodies.iter().enumerate().map(of).collect()
 }
 
-/// Whether a ray from a point meets a triangle (Moeller & Trumbore 1997).
-fn meets([a, b, c]: &[Vec3; 3], from: &Vec3, direction: &Vec3) -> bool {
+/// Whether a ray from a point intersects a triangle (Moeller & Trumbore 1997).
+fn intersects([a, b, c]: &[Vec3; 3], from: &Vec3, direction: &Vec3) -> bool {
     let (u, v) = (b - a, c - a);
     let p = direction.cross(&v);
-    let below = u.dot(&p);
-    let way = from - a;
-    let q = way.cross(&u);
-    let [x, y, t] = [way.dot(&p), direction.dot(&q), v.dot(&q)].map(|value| value / below);
+    let determinant = u.dot(&p);
+    let offset = from - a;
+    let q = offset.cross(&u);
+    let [x, y, t] = [offset.dot(&p), direction.dot(&q), v.dot(&q)].map(|value| value / determinant);
     x >= 0.0 && y >= 0.0 && x + y <= 1.0 && t > 1e-9
 }
 
 #[test]
-fn lumpy_bodies_are_as_bright_as_rays_from_their_surfaces_tell() {
+fn irregular_bodies_are_as_bright_as_by_ray_tracing() {
     const POINTS: usize = 9;
-    let (mut dimmed, mut passed) = (0.0, 0);
+    let (mut lost, mut compared) = (0.0, 0);
     for step in 0..7 {
         let (bodies, scene) = pair(step);
-        let all = placed(&bodies, &scene);
+        let all = inertial_faces(&bodies, &scene);
         let found = scene.brightness(&bodies, Law::LOMMEL_SEELIGER);
         for (own, found) in all.iter().zip(found) {
             let (mut expected, mut whole) = (0.0, 0.0);
             for (face, [a, b, c]) in own.iter().enumerate() {
-                let across = (b - a).cross(&(c - a));
-                let [mu, mu0] = scene.directions.map(|d| d.dot(&across.normalize()));
+                let twice_area = (b - a).cross(&(c - a));
+                let [mu, mu0] = scene.directions.map(|d| d.dot(&twice_area.normalize()));
                 if mu <= 0.0 || mu0 <= 0.0 {
                     continue;
                 }
-                let bright = 0.5 * across.norm() * mu * mu0 / (mu + mu0);
-                // The centres of equal triangles.
+                let bright = 0.5 * twice_area.norm() * mu * mu0 / (mu + mu0);
+                // A ray starts at the centre of each of POINTS^2 equal triangles of the face.
                 let cells = (0..POINTS).flat_map(|i| (0..POINTS - i).map(move |j| (i, j, 1.0 / 3.0)));
                 let upper = (0..POINTS - 1).flat_map(|i| (0..POINTS - 1 - i).map(move |j| (i, j, 2.0 / 3.0)));
                 for (i, j, within) in cells.chain(upper) {
                     let [u, v] = [i, j].map(|k| (k as f64 + within) / POINTS as f64);
                     let from = a + (b - a) * u + (c - a) * v;
-                    let hides = |triangle: &[Vec3; 3], d: &Vec3| meets(triangle, &from, d);
+                    let hides = |triangle: &[Vec3; 3], d: &Vec3| intersects(triangle, &from, d);
                     let hidden = all.iter().any(|other| {
-                        let aside = std::ptr::eq(other, own);
-                        let others = other.iter().enumerate().filter(|(k, _)| !(aside && *k == face));
+                        let same_body = std::ptr::eq(other, own);
+                        let others = other.iter().enumerate().filter(|(k, _)| !(same_body && *k == face));
                         others.into_iter().any(|(_, t)| scene.directions.iter().any(|d| hides(t, d)))
                     });
                     whole += bright / (POINTS * POINTS) as f64;
                     expected += if hidden { 0.0 } else { bright / (POINTS * POINTS) as f64 };
                 }
             }
-            dimmed += 1.0 - expected / whole;
-            passed += 1;
+            lost += 1.0 - expected / whole;
+            compared += 1;
             assert!((found - expected).abs() < 2e-3 * whole, "step {step}: {found} {expected} {whole}");
         }
     }
-    assert!(passed == 14 && dimmed > 1.4, "{passed} {dimmed}");
+    // A tenth of the light or more is hidden on average.
+    assert!(compared == 14 && lost > 1.4, "{compared} {lost}");
 }
 
-/// A flat body across the x axis, turned about it by an angle, and its attitude.
-fn flake(angle: f64) -> (Body, [f64; 4]) {
-    let lumps = lumpy(6, 0.15, 1.1);
-    let vertices: Vec<Vec3> = lumps.vertices().map(|v| v.component_mul(&Vec3::new(0.12, 0.6, 0.6))).collect();
-    let flat = solid(&vertices, lumps.faces());
+/// A flat irregular body perpendicular to the x axis, and its attitude when it is rotated about x by an angle.
+fn flat_body(angle: f64) -> (Body, [f64; 4]) {
+    let round = irregular(6, 0.15, 1.1);
+    let vertices: Vec<Vec3> = round.vertices().map(|v| v.component_mul(&Vec3::new(0.12, 0.6, 0.6))).collect();
+    let flat = solid(&vertices, round.faces());
     let [w, x, y, z] = flat.working_frame().attitude;
     (body(&flat), product([(0.5 * angle).cos(), (0.5 * angle).sin(), 0.0, 0.0], [w, -x, -y, -z]))
 }
 
 #[test]
-fn a_body_hides_as_much_from_far_in_front_as_from_near() {
-    // At opposition only the distance differs. The ball around a near flake reaches behind facets that it hides;
-    // a far one is wholly in front of all facets.
-    let pieces = {
+fn the_light_that_a_body_hides_does_not_depend_on_its_distance() {
+    // At opposition shadow and silhouette coincide. The bounding sphere of a near flat body reaches behind faces
+    // that the body hides; that of a far one is in front of all faces.
+    let composite = {
         let part = |phase: f64, place: [f64; 3]| {
-            let shape = Shape::Polyhedron(lumpy(3, 0.1, phase));
+            let shape = Shape::Polyhedron(irregular(3, 0.1, phase));
             InputPart { shape, mass: 1.0, position: place, attitude: [1.0, 0.0, 0.0, 0.0] }
         };
-        Body::composite("pieces", vec![part(0.2, [0.0; 3]), part(0.9, [0.8, 0.3, -0.2])]).unwrap()
+        Body::composite("composite", vec![part(0.2, [0.0; 3]), part(0.9, [0.8, 0.3, -0.2])]).unwrap()
     };
-    let behind = [body(&lumpy(5, 0.15, 0.3)), body(&step_block(3.0, 0.7, 1.8)), pieces];
-    let mut dimmed = 0;
+    let behind = [body(&irregular(5, 0.15, 0.3)), body(&step_block(3.0, 0.7, 1.8)), composite];
+    let mut partly_hidden = 0;
     for (step, body) in behind.iter().cycle().take(30).enumerate() {
         let phase = step as f64;
-        let (flake, attitude) = flake(phase);
+        let (flat, attitude) = flat_body(phase);
         let own = Vec3::new(phase.sin(), (2.0 * phase).sin(), (3.0 * phase).cos());
         let aside = Vec3::new(0.0, (1.7 * phase).sin(), (2.3 * phase).cos()) * (0.05 * phase);
-        let bodies = [body.clone(), flake];
+        let bodies = [body.clone(), flat];
         let light = |distance: f64| {
             let scene = Scene {
                 position: vec![Vec3::zeros(), axis(0) * (body.circumradius() + distance) + aside],
-                attitude: vec![turned([1.0, 0.0, 0.0, 0.0], own), attitude],
+                attitude: vec![rotated([1.0, 0.0, 0.0, 0.0], own), attitude],
                 directions: [axis(0); 2],
             };
             let found = photometer(&bodies, Law::LOMMEL_SEELIGER)
@@ -202,26 +205,26 @@ fn a_body_hides_as_much_from_far_in_front_as_from_near() {
             }
             all
         };
-        let [near, far, aside] = [0.2, 7.0, 1e3].map(light);
-        for (k, ((near, far), aside)) in near.iter().zip(&far).zip(&aside).enumerate() {
+        let [near, far, farthest] = [0.2, 7.0, 1e3].map(light);
+        for (k, ((near, far), farthest)) in near.iter().zip(&far).zip(&farthest).enumerate() {
             assert!((near - far).abs() < 1e-11, "step {step}, number {k}: {near} {far}");
-            assert!((near - aside).abs() < 1e-9, "step {step}, number {k}: {near} {aside}");
+            assert!((near - farthest).abs() < 1e-9, "step {step}, number {k}: {near} {farthest}");
         }
         let alone = Scene {
             position: vec![Vec3::zeros()],
-            attitude: vec![turned([1.0, 0.0, 0.0, 0.0], own)],
+            attitude: vec![rotated([1.0, 0.0, 0.0, 0.0], own)],
             directions: [axis(0); 2],
         };
         let whole = alone.brightness(&bodies[..1], Law::LOMMEL_SEELIGER)[0];
-        dimmed += usize::from(near[0] < 0.98 * whole);
+        partly_hidden += usize::from(near[0] < 0.98 * whole);
     }
-    assert!(dimmed > 20, "{dimmed}");
+    assert!(partly_hidden > 20, "{partly_hidden}");
 }
 
-/// A step: a box from 0 to 2 in x, 0 to 3 in y and 0 to 1 in z, on which another one reaches to x = 0.7 and z =
-/// 1.8. Its faces are fans about the corners of its profile.
-pub fn step_block(depth: f64, tread: f64, height: f64) -> Polyhedron {
-    let profile = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (tread, 1.0), (tread, height), (0.0, height)];
+/// A block with a step, `depth` long in y. Its profile in x and z is the rectangle from (0, 0) to (2, 1) below the
+/// one from (0, 1) to (`width`, `height`).
+pub fn step_block(depth: f64, width: f64, height: f64) -> Polyhedron {
+    let profile = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (width, 1.0), (width, height), (0.0, height)];
     let vertices: Vec<Vec3> =
         [0.0, depth].iter().flat_map(|y| profile.map(|(x, z)| Vec3::new(x, *y, z))).collect();
     let mut faces: Vec<[u32; 3]> = (0..6)
@@ -241,14 +244,14 @@ pub fn step_block(depth: f64, tread: f64, height: f64) -> Polyhedron {
 }
 
 #[test]
-fn a_wall_throws_the_shadow_of_a_parallelogram_on_the_floor() {
-    let (depth, tread, height) = (3.0, 0.7, 1.8);
-    let polyhedron = step_block(depth, tread, height);
+fn the_shadow_of_a_step_has_the_area_of_a_clipped_parallelogram() {
+    let (depth, width, height) = (3.0, 0.7, 1.8);
+    let polyhedron = step_block(depth, width, height);
     let block = body(&polyhedron);
     let frame = polyhedron.working_frame();
-    // The frame of the body is turned so that the block stands as it was given.
+    // The attitude undoes the rotation to the principal axes: the block stands as it was given.
     let [w, x, y, z] = frame.attitude;
-    let mut shaded = 0;
+    let mut shadowed = 0;
     for azimuth in 0..9 {
         for elevation in 1..7 {
             let (azimuth, elevation) = (-0.9 + 0.2 * f64::from(azimuth), 0.2 * f64::from(elevation));
@@ -257,25 +260,26 @@ fn a_wall_throws_the_shadow_of_a_parallelogram_on_the_floor() {
             let e = Vec3::new(0.3, 0.1 * azimuth.signum(), 1.0).normalize();
             let scene =
                 Scene { position: vec![Vec3::zeros()], attitude: vec![[w, -x, -y, -z]], directions: [e, s] };
-            // The shadow's end moves by the first number from the wall and by the second one along it.
+            // The shadow of the upper edge lies `reach` from the wall, and is displaced along it by `slope` per unit
+            // of that distance.
             let reach = (height - 1.0) * -s.x / s.z;
-            let aside = s.y.abs() / -s.x;
-            let within = reach.min(2.0 - tread).min(depth / aside.max(1e-9));
-            let hidden = depth * within - 0.5 * aside * within * within;
+            let slope = s.y.abs() / -s.x;
+            let extent = reach.min(2.0 - width).min(depth / slope.max(1e-9));
+            let hidden = depth * extent - 0.5 * slope * extent * extent;
             let bright = |mu: f64, mu0: f64| if mu > 0.0 && mu0 > 0.0 { mu * mu0 / (mu + mu0) } else { 0.0 };
-            let profile = 2.0 + tread * (height - 1.0);
+            let profile = 2.0 + width * (height - 1.0);
             let expected =
                 (2.0 * depth - hidden) * bright(e.z, s.z) + profile * (bright(e.y, s.y) + bright(-e.y, -s.y));
             let found = scene.brightness(std::slice::from_ref(&block), Law::LOMMEL_SEELIGER)[0];
-            shaded += usize::from(hidden > 0.1);
+            shadowed += usize::from(hidden > 0.1);
             assert!((found - expected).abs() < 1e-12, "{azimuth} {elevation}: {found} {expected}");
         }
     }
-    assert!(shaded > 40);
+    assert!(shadowed > 40);
 }
 
-/// The product of a unit quaternion and the rotation by a small vector.
-fn turned(attitude: [f64; 4], by: Vec3) -> [f64; 4] {
+/// The attitude after a rotation by a rotation vector in the body frame.
+fn rotated(attitude: [f64; 4], by: Vec3) -> [f64; 4] {
     let (sin, cos) = (0.5 * by.norm()).sin_cos();
     let v = if by.norm() > 0.0 { by * (sin / by.norm()) } else { by };
     let (w, u) = (attitude[0], Vec3::new(attitude[1], attitude[2], attitude[3]));
@@ -294,8 +298,8 @@ fn axis(k: usize) -> Vec3 {
 }
 
 #[test]
-fn sides_in_one_plane_that_parts_share_count_once() {
-    // Two boxes that share the middle third of a longer one, whose light has a closed form.
+fn coincident_surfaces_of_overlapping_parts_count_once() {
+    // Two boxes of length 2 overlap by 1: together they are one box of length 3, whose brightness has a closed form.
     let cuboid = |length: f64| {
         let corner = |k: usize| Vec3::from_fn(|i, _| f64::from(u8::from(k >> i & 1 == 1)) - 0.5);
         let vertices: Vec<Vec3> =
@@ -311,7 +315,7 @@ fn sides_in_one_plane_that_parts_share_count_once() {
         position: [x, 0.0, 0.0],
         attitude: [1.0, 0.0, 0.0, 0.0],
     };
-    let bodies = [Body::composite("halves", vec![part(-0.5), part(0.5)]).unwrap()];
+    let bodies = [Body::composite("boxes", vec![part(-0.5), part(0.5)]).unwrap()];
     let directions = [Vec3::new(0.3, 0.5, 0.9).normalize(), Vec3::new(0.6, 0.2, 0.4).normalize()];
     let scene = Scene { position: vec![Vec3::zeros()], attitude: vec![[1.0, 0.0, 0.0, 0.0]], directions };
     let bright = |k: usize| directions[0][k] * directions[1][k] / (directions[0][k] + directions[1][k]);
@@ -321,34 +325,34 @@ fn sides_in_one_plane_that_parts_share_count_once() {
 }
 
 #[test]
-fn only_polyhedra_that_are_not_convex_have_horizons() {
+fn only_nonconvex_polyhedra_have_horizons() {
     let horizons =
         |polyhedron: &Polyhedron| polyhedron.horizons(&mut InterruptCheck::never()).unwrap().is_some();
-    assert!(!horizons(&lumpy(6, 0.0, 0.0)));
-    assert!(horizons(&lumpy(6, 0.1, 0.0)));
+    assert!(!horizons(&irregular(6, 0.0, 0.0)));
+    assert!(horizons(&irregular(6, 0.1, 0.0)));
     assert!(horizons(&step_block(3.0, 0.7, 1.8)));
 }
 
 #[test]
-fn the_light_of_faces_with_shadows_adds_up() {
+fn the_brightness_of_a_partly_hidden_body_is_the_sum_over_its_faces() {
     let (bodies, scene) = pair(3);
     let Shape::Polyhedron(polyhedron) = &bodies[0].parts()[0].shape else { unreachable!() };
-    let of = |albedo: Vec<f64>| {
+    let brightness = |albedo: Vec<f64>| {
         let law = Law::LOMMEL_SEELIGER;
         let surfaces = vec![Surface { law, albedo }, Surface { law, albedo: vec![1.0] }];
         let photometer = Photometer::new(bodies.clone(), surfaces, true, 0.0).unwrap();
         photometer.brightness(&scene.view(), &mut InterruptCheck::never()).unwrap()[0]
     };
     let count = polyhedron.faces().len();
-    let single = |face: usize| of((0..count).map(|k| f64::from(u8::from(k == face))).collect());
+    let single = |face: usize| brightness((0..count).map(|k| f64::from(u8::from(k == face))).collect());
     let sum: f64 = (0..count).map(single).sum();
-    assert!((sum / of(vec![1.0]) - 1.0).abs() < 1e-13);
+    assert!((sum / brightness(vec![1.0]) - 1.0).abs() < 1e-13);
 }
 
-/// Two cubes one side apart, in the light along their line from a low Sun: the facing end of the second one is lit in a
-/// strip whose height is the tangent of the elevation.
+/// Two unit cubes are one unit apart in x, and the Sun stands above +x: the face of the shadowed cube towards the
+/// other one is lit in a strip whose height is the tangent of the elevation.
 #[test]
-fn the_recoil_of_a_partly_shaded_facet_acts_at_the_centroid_of_its_lit_strip() {
+fn the_recoil_of_a_partly_shadowed_face_acts_at_the_centroid_of_its_lit_strip() {
     let cube = cuboid([-0.5; 3], [1.0; 3]);
     let part = |x: f64| InputPart {
         shape: Shape::Polyhedron(cube.clone()),
@@ -377,52 +381,54 @@ fn the_recoil_of_a_partly_shaded_facet_acts_at_the_centroid_of_its_lit_strip() {
     }
 }
 
-/// A convex body by the areas and normals of its facets, of the directions of a fine sphere, and its pose.
+/// A convex body given by normals and areas of facets: the normals are those of a sphere, and the areas grow with
+/// x. The scene holds its attitude.
 fn facets() -> (Vec<Body>, Scene) {
-    let sphere = lumpy(4, 0.0, 0.0);
+    let sphere = irregular(4, 0.0, 0.0);
     let corners = |face: &[u32; 3]| {
         let vertices: Vec<Vec3> = sphere.vertices().collect();
         face.map(|v| vertices[v as usize])
     };
-    let across = sphere.faces().iter().map(|face| {
+    let area_vectors = sphere.faces().iter().map(|face| {
         let [a, b, c] = corners(face);
         (b - a).cross(&(c - a)) * 0.5
     });
-    let across: Vec<Vec3> = across.map(|area| area * (1.0 + 0.5 * area.x / area.norm())).collect();
-    let normals: Vec<Vec3> = across.iter().map(Vec3::normalize).collect();
-    let areas: Vec<f64> = across.iter().map(Vec3::norm).collect();
+    let area_vectors: Vec<Vec3> =
+        area_vectors.map(|area| area * (1.0 + 0.5 * area.x / area.norm())).collect();
+    let normals: Vec<Vec3> = area_vectors.iter().map(Vec3::normalize).collect();
+    let areas: Vec<f64> = area_vectors.iter().map(Vec3::norm).collect();
     let body = Body::of_facets("facets", Facets::new(&normals, &areas).unwrap(), 1.0).unwrap();
     let directions = [Vec3::new(0.8, -0.5, 0.3), Vec3::new(0.2, 0.9, 0.4)];
     (
         vec![body],
         Scene {
             position: vec![Vec3::zeros()],
-            attitude: vec![turned([1.0, 0.0, 0.0, 0.0], axis(1))],
+            attitude: vec![rotated([1.0, 0.0, 0.0, 0.0], axis(1))],
             directions,
         },
     )
 }
 
 #[test]
-fn a_convex_polyhedron_is_as_bright_as_its_facets_alone() {
-    let solid = lumpy(4, 0.0, 0.0);
+fn a_convex_polyhedron_is_as_bright_as_a_body_given_by_its_facets() {
+    let solid = irregular(4, 0.0, 0.0);
     let vertices: Vec<Vec3> = solid.vertices().collect();
-    let across = solid.faces().iter().map(|face| {
+    let area_vectors = solid.faces().iter().map(|face| {
         let [a, b, c] = face.map(|v| vertices[v as usize]);
         (b - a).cross(&(c - a)) * 0.5
     });
-    let (normals, areas): (Vec<_>, Vec<_>) = across.map(|v| (v.normalize(), v.norm())).unzip();
-    let known = Body::of_facets("facets", Facets::new(&normals, &areas).unwrap(), 1.0).unwrap();
+    let (normals, areas): (Vec<_>, Vec<_>) = area_vectors.map(|v| (v.normalize(), v.norm())).unzip();
+    let given_by_facets = Body::of_facets("facets", Facets::new(&normals, &areas).unwrap(), 1.0).unwrap();
     let (_, scene) = facets();
     for law in [Law::LOMMEL_SEELIGER, Law::LAMBERT] {
         let [of_facets, of_solid] =
-            [known.clone(), body(&solid)].map(|body| scene.brightness(&[body], law)[0]);
+            [given_by_facets.clone(), body(&solid)].map(|body| scene.brightness(&[body], law)[0]);
         assert!((of_facets - of_solid).abs() < 1e-13 * of_solid, "{of_facets} {of_solid}");
     }
 }
 
 #[test]
-fn a_body_that_is_known_by_its_facets_is_alone_and_spins_like_a_sphere() {
+fn a_body_given_by_facets_has_equal_moments_of_inertia_and_is_refused_in_pairs() {
     let (bodies, _) = facets();
     let inertia = bodies[0].inertia();
     assert!(inertia.x == inertia.y && inertia.y == inertia.z && inertia.x > 0.0);

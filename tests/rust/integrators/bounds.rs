@@ -65,7 +65,7 @@ fn derivatives_of_segments_stay_within_their_bounds() {
         for _ in 0..5 {
             stepper.step(&mut Kepler, 9.0, &mut InterruptCheck::never()).unwrap();
             let segment = stepper.segment(&mut Kepler, &mut InterruptCheck::never()).unwrap();
-            let bounds = segment.rates(0, 2);
+            let bounds = segment.derivative_bounds(0, 2);
             let at = |theta: f64| {
                 let mut y = [0.0; 4];
                 segment.at(theta, &mut y);

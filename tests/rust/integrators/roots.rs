@@ -1,7 +1,7 @@
 //! Roots and minima of functions whose own are known, and in as few evaluations as scipy's `brentq` and
 //! `fminbound`, which are the same algorithms, take for the same tolerances.
 
-use fullbody::integrate::{extremum, root, sample_fractions, zeros};
+use fullbody::integrate::{minimum, root, sample_fractions, zeros};
 use std::convert::Infallible;
 
 /// A function with its interval, its root or minimum, and scipy's number of evaluations.
@@ -64,7 +64,7 @@ fn minima_are_found() {
             count += 1;
             Ok::<_, Infallible>(f(x))
         };
-        let Ok((place, value)) = extremum(counted, a, b);
+        let Ok((place, value)) = minimum(counted, a, b);
         assert_eq!(value, f(place));
         assert!(value - f(expected) <= allowed, "{k}: {place}");
         // Its tolerance of the place is coarser, by some golden sections.
@@ -72,7 +72,7 @@ fn minima_are_found() {
     }
     // It stops as soon as the value is below zero.
     let mut count = 0;
-    let Ok((_, value)) = extremum(
+    let Ok((_, value)) = minimum(
         |x| {
             count += 1;
             Ok::<_, Infallible>((x - 0.3).powi(2) - 0.5)
@@ -87,7 +87,7 @@ fn minima_are_found() {
 #[test]
 fn errors_of_the_function_are_returned() {
     assert_eq!(root(|_| Err("no"), (0.0, -1.0), (1.0, 1.0)), Err("no"));
-    assert_eq!(extremum(|_| Err("no"), 0.0, 1.0), Err("no"));
+    assert_eq!(minimum(|_| Err("no"), 0.0, 1.0), Err("no"));
 }
 
 /// The zeros of a function of the fraction of a step, of the samples that event detection takes.
