@@ -64,8 +64,8 @@ def table(dataset: xarray.Dataset, truth: mission.Truth, fit: Any) -> dict[str, 
         },
         "beta": [float(beta.mean()), float(beta.std())],
         "rows": {
-            name: {"unit": unit, "today": _text(today, unit), "after": _text(after, unit)}
-            for name, (unit, today, after) in rows.items()
+            name: {"unit": unit, "today": _text(today, unit), "after": _text(with_hera, unit)}
+            for name, (unit, today, with_hera) in rows.items()
         },
     }
 

@@ -128,7 +128,7 @@ class Scene:
         normal = [combined(row, points) for row in self.m]
         conditions = [combined(self.sun, normal)]
         from_other = [
-            [p - a * one for p, one in zip(point, ONE, strict=True)]
+            [p - a * component for p, component in zip(point, ONE, strict=True)]
             for point, a in zip(points, self.offset, strict=True)
         ]
         for c in self.hiding:

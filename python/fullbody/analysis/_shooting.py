@@ -101,7 +101,7 @@ def segmented(point: PairPoint, time: float, count: int) -> tuple[Shooting, Ends
     attitudes = zip(shooting.target().pose.attitude, end.pose.attitude, strict=True)
     for k, (axis, (start, final)) in enumerate(zip(shooting.axes, attitudes, strict=True)):
         if axis is None:
-            misfits = [rotations.between(rotations.product(start, turn), final) for turn in _HALF_TURNS]
+            misfits = [rotations.between(rotations.product(start, half_turn), final) for half_turn in _HALF_TURNS]
             shooting.half_turns[k] = int(np.argmin(np.linalg.norm(misfits, axis=-1)))
         elif axis < 3:
             w, *q = rotations.product(rotations.inverse(start), final)

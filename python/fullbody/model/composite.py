@@ -79,8 +79,8 @@ class Part(Declared):
 
     def __repr__(self) -> str:
         values = ((entry, getattr(self, entry.name)) for entry in fields(self)[1:])
-        given = (f"{entry.name}={value!r}" for entry, value in values if not same(value, entry.default))
-        return f"Part({self.shape!r}, {', '.join(given)})"
+        arguments = (f"{entry.name}={value!r}" for entry, value in values if not same(value, entry.default))
+        return f"Part({self.shape!r}, {', '.join(arguments)})"
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         return self.shape._numbers() | Declared._numbers(self)

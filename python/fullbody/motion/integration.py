@@ -142,7 +142,7 @@ def advance(core: _core.Simulation, task: Task, progress: Any, autosave: tuple[A
     with Progress(progress) as report:
         options = task.until, task.output, task.conditions, task.dense
         arrays, error = core.integrate(*options, over_time(report), saving, task.following)
-    counts = (count - before for count, before in zip(core.statistics, previous, strict=True))
+    counts = (count - previous_count for count, previous_count in zip(core.statistics, previous, strict=True))
     run = task.run(arrays, counts)
     if path is not None:
         try:

@@ -234,8 +234,8 @@ def read_table(
     arguments_of_class = [name for c in declared for name in (c.name, c.errors) if name]
     refuse_unknown(map(str, columns), ["times", *arguments_of_class], f"columns of {owner}")
     if isinstance(unit, Mapping):
-        united = [name for c in declared if c.kind == "values" for name in (c.name, c.errors) if name]
-        refuse_unknown(map(str, unit), united, f"unit of {owner}")
+        numeric = [name for c in declared if c.kind == "values" for name in (c.name, c.errors) if name]
+        refuse_unknown(map(str, unit), numeric, f"unit of {owner}")
     wanted: dict[str, Any] = {} if any(c.kind == "times" for c in declared) else {"times": "times"}
     wanted |= {c.name: c.parts or c.name for c in has}
     wanted |= {c.errors: c.errors for c in has if c.errors} | dict(columns)

@@ -238,8 +238,10 @@ class Photocentre(SunlitObservations, SkyObservations):
             parts = derivatives_by_states(system, states, retarded, *chained)
             by_state.append(parts[0])
             by_mass.append(parts[1])
-        known = {f"mass of {body}": np.stack(by_mass, 1)[:, :, k] for k, body in enumerate(system.context.names)}
-        return np.stack(by_state, axis=1), self._direct_partials(system, states, parameters, known)
+        known_derivatives = {
+            f"mass of {body}": np.stack(by_mass, 1)[:, :, k] for k, body in enumerate(system.context.names)
+        }
+        return np.stack(by_state, axis=1), self._direct_partials(system, states, parameters, known_derivatives)
 
     def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
         units = system.context.units

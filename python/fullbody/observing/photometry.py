@@ -296,14 +296,14 @@ class Photometry(SunlitObservations):
                 by_surfaces += weight * result.along(list(deformations.values()))
         factor = -2.5 / np.log(10.0) / self._total(light)
         by_state, by_mass = factor[:, None] * by_state, factor[:, None] * by_mass
-        known: dict[str, Floats] = {
+        known_derivatives: dict[str, Floats] = {
             f"semi-axis {axis} of {body}": factor[:, None] * by_axes[:, index, [k]]
             for index, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")
         }
-        known |= {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
-        known |= {name: factor[:, None] * by_surfaces[:, [d]] for d, name in enumerate(deformations)}
-        return by_state[:, None], self._direct_partials(system, states, parameters, known)
+        known_derivatives |= {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
+        known_derivatives |= {name: factor[:, None] * by_surfaces[:, [d]] for d, name in enumerate(deformations)}
+        return by_state[:, None], self._direct_partials(system, states, parameters, known_derivatives)
 
     def _summary(self) -> list[tuple[str, str]]:
         free = [("drift", self.drift), ("phase slope", self.phase_slope), ("rotation", self.rotation)]

@@ -127,9 +127,9 @@ class SightLines:
         first, last = span
         times = np.linspace(first, last, _SAMPLES)
         step = min(1e-3 * (last - first), 0.5 * (times[1] - times[0]))
-        before, after = np.clip(times - step, first, last), np.clip(times + step, first, last)
-        lengths = np.linalg.norm(self.past(body, after).w - self.past(body, before).w, axis=1)
-        if (speed := float(_FASTER * (lengths / (after - before)).max())) == 0.0:
+        earlier, later = np.clip(times - step, first, last), np.clip(times + step, first, last)
+        lengths = np.linalg.norm(self.past(body, later).w - self.past(body, earlier).w, axis=1)
+        if (speed := float(_FASTER * (lengths / (later - earlier)).max())) == 0.0:
             return [span]
         spans: list[Span] = []
         time = first

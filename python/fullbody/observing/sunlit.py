@@ -41,10 +41,17 @@ class SunlitObservations(Observations):
         return epochs_at(system, local_geometry(self.geometry, system), states, retarded, DISTANT, DISTANT)
 
     def _direct_partials(
-        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str], known: dict[str, Floats]
+        self,
+        system: SystemLike,
+        states: dict[str, Floats],
+        parameters: Sequence[str],
+        known_derivatives: dict[str, Floats],
     ) -> dict[str, Floats]:
-        """Return derivatives (K, C) with respect to parameters at given states, of which some are known by name."""
-        return {name: known[name] if name in known else self._partial(system, states, name) for name in parameters}
+        """Return derivatives (K, C) with respect to parameters at given states, some of which are known."""
+        return {
+            name: known_derivatives[name] if name in known_derivatives else self._partial(system, states, name)
+            for name in parameters
+        }
 
     def _total(self, light: Floats) -> Floats:
         """Return the light (K,) of all bodies together, (K, N), after checking that there is some."""

@@ -46,8 +46,8 @@ def test_a_body_of_revolution_along_the_line_has_one_mode_out_of_the_plane():
     a, b = 1.0, 0.8
     A, B = 2 * b * b, a * a + b * b
     bodies = body_list((fullbody.PointMass(), 1.0), (fullbody.Ellipsoid(1e-3 * a, 1e-3 * b, 1e-3 * b), 1e-9))
-    found = analysis.relative_equilibrium(fullbody.System(bodies, G=1.0), separation=1.0)
-    out = found.modes.frequency[~found.modes.in_plane] / found.rate
+    equilibrium = analysis.relative_equilibrium(fullbody.System(bodies, G=1.0), separation=1.0)
+    out = equilibrium.modes.frequency[~equilibrium.modes.in_plane] / equilibrium.rate
     np.testing.assert_allclose(out, [np.sqrt(1 + 3 * (B - A) / B)], rtol=1e-5)
 
 

@@ -78,8 +78,8 @@ def test_a_run_that_a_collision_cuts_short_is_kept(tmp_path, capsys):
     assert main(["run", str(path)]) == 1
     err = capsys.readouterr().err
     assert "stopped early" in err
-    kept = fullbody.load(tmp_path / "fall.partial.nc")
-    assert 2 <= len(kept) < 20
+    partial = fullbody.load(tmp_path / "fall.partial.nc")
+    assert 2 <= len(partial) < 20
     assert not (tmp_path / "fall.nc").exists()
 
 

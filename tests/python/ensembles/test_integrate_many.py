@@ -158,8 +158,8 @@ def test_errors_of_members_equal_those_of_single_runs():
             alone = single(members[kind], end, output=1.0)
             assert str(errors[kind]) == str(alone), kind
     # The surfaces touch after 4 lengths at a speed of 1 and what the fall adds; the run so far is there.
-    way = np.linspace(2.0, 6.0, 4001)
-    fall = np.trapezoid(1.0 / np.sqrt(1.0 + 2 * 0.2 * (1 / way - 1 / 6)), way)
+    radii = np.linspace(2.0, 6.0, 4001)
+    fall = np.trapezoid(1.0 / np.sqrt(1.0 + 2 * 0.2 * (1 / radii - 1 / 6)), radii)
     assert errors["collides"].time == pytest.approx(fall, abs=1e-6)
     *samples, last = errors["collides"].run.time.tolist()
     assert samples == [0.0, 1.0, 2.0, 3.0]

@@ -149,9 +149,9 @@ def test_a_sweep_whose_rows_all_fail_causes_a_warning(tmp_path):
         return circle(mass)
 
     text = "all 3 rows of the sweep ended with an error; that of the first is ValueError in setup: 0.3 is too heavy"
-    for kept in ({}, *[{"store": tmp_path / "map.nc", "key": "heavy"}] * 2):
+    for storage in ({}, *[{"store": tmp_path / "map.nc", "key": "heavy"}] * 2):
         with pytest.warns(InconsistentInput, match=f"^{text}") as caught:
-            result = fullbody.sweep(setup, {"mass": [0.3, 0.4, 0.5]}, 0.1, measure=angle, **kept)
+            result = fullbody.sweep(setup, {"mass": [0.3, 0.4, 0.5]}, 0.1, measure=angle, **storage)
         assert [item.filename for item in caught] == [__file__]
         assert (result.error == "ValueError").all()
     with pytest.warns(InconsistentInput, match="^the only row of the sweep ended with an error; that of the first is "):

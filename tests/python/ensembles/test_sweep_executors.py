@@ -74,8 +74,8 @@ def test_processes_give_the_map_of_one_process(processes, tmp_path):
         rng=12,
         store=tmp_path / "map.nc",
     )
-    here = swept(setup=random, rng=12)
-    np.testing.assert_array_equal(result.angle, here.angle**2)
+    in_process = swept(setup=random, rng=12)
+    np.testing.assert_array_equal(result.angle, in_process.angle**2)
     assert (result.process == 0.0).all()
 
 

@@ -101,10 +101,10 @@ def test_a_tumbling_ellipsoid_lands_when_its_support_touches(axes):
     close(run.angular_momentum, run.angular_momentum[0], 1e-12, scale=np.abs(run.angular_momentum).max())
     rotations, (first, second) = run[-1].rotation_matrix, run.position[-1]
     # It touches a face's plane, above the face.
-    reach = [np.linalg.norm(np.array(axes) * (rotations[1].T @ n)) for n in rotations[0].T]
+    extents = [np.linalg.norm(np.array(axes) * (rotations[1].T @ n)) for n in rotations[0].T]
     offset = rotations[0].T @ (second - first)
     k = np.argmax(np.abs(offset))
-    assert abs(offset[k]) - reach[k] == pytest.approx(1.0, abs=1e-11)
+    assert abs(offset[k]) - extents[k] == pytest.approx(1.0, abs=1e-11)
     assert np.abs(np.delete(offset, k)).max() < 1.0
 
 
@@ -135,12 +135,12 @@ def fates(shape, positions, velocities):
 
 @pytest.mark.parametrize("angle", [10, 30, 60, 100])
 def test_a_pass_beyond_a_sharp_edge_is_no_landing(angle):
-    away = np.geomspace(1e-6, 6e-4, 30)
+    heights = np.geomspace(1e-6, 6e-4, 30)
     beside = np.linspace(-0.9, 0.9, 30)
-    sides = np.stack([1.0 + away, -np.ones(30), beside], axis=1)
+    sides = np.stack([1.0 + heights, -np.ones(30), beside], axis=1)
     assert np.isnan(fates(wedge(np.radians(angle)), sides, np.tile([0.0, 1.0, 0.0], (30, 1)))).all()
     # Within it they land on the first face, where the wedge is so thick.
-    away = np.geomspace(1e-4, 1e-1, 30)
-    sides[:, 0] = 1.0 - away
+    heights = np.geomspace(1e-4, 1e-1, 30)
+    sides[:, 0] = 1.0 - heights
     result = fates(wedge(np.radians(angle)), sides, np.tile([0.0, 1.0, 0.0], (30, 1)))
-    close(result, 1.0 - away * np.tan(np.radians(angle) / 2.0), 1e-9)
+    close(result, 1.0 - heights * np.tan(np.radians(angle) / 2.0), 1e-9)

@@ -51,9 +51,9 @@ def test_the_tide_of_the_other_body_is_newtons():
     d = np.array([2.0, -1.0, 0.5])
     state = fullbody.State(position=[np.zeros(3), d], velocity=np.zeros((2, 3)), attitude=[attitude, attitude])
     field = surface(fullbody.System(balls, G=2.0), state, "A", rows=10)
-    away = d @ matrix(attitude) - field.point
-    far = np.linalg.norm(away, axis=1, keepdims=True)
-    tide = 1.2 * (away / far**3 - d @ matrix(attitude) / np.linalg.norm(d) ** 3)
+    offset = d @ matrix(attitude) - field.point
+    far = np.linalg.norm(offset, axis=1, keepdims=True)
+    tide = 1.2 * (offset / far**3 - d @ matrix(attitude) / np.linalg.norm(d) ** 3)
     assert field.acceleration == pytest.approx(tide - 2.0 * field.normal, abs=1e-13)
     potential = (
         1.2 * (1.0 / far[:, 0] - 1.0 / np.linalg.norm(d))

@@ -106,10 +106,10 @@ def test_torques_on_points_are_refused():
     for force in (tide(radius=0.2), yorp()):
         refused(rf"on of {force.name} is the point A; expected a body with extent", points.with_forces, [force])
     refused("radius of T is not given, and A is a point", lambda: points.with_forces([tide()]))
-    twist = Function(lambda t, s: (0 * s.position, [[0, 0, 0], [0, 0, 1.0]]), name="twist")
+    torque = Function(lambda t, s: (0 * s.position, [[0, 0, 0], [0, 0, 1.0]]), name="twist")
     state = fullbody.State(STATE.position, STATE.velocity)
     with pytest.raises(ForceFailed, match=r"twist.*torque on B, a point"):
-        points.with_forces([twist]).integrate(state, 1.0)
+        points.with_forces([torque]).integrate(state, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -181,8 +181,8 @@ def test_a_table_that_ends_before_the_run_is_refused_before_the_first_step():
     sim.integrate(2.0)
     refused(r"time of Sun is 2 to 3; expected times from 0 to 2.5", lambda: sim.integrate(3.0))
     assert sim.integrate(2.5).time[-1] == 2.5
-    late = fullbody.State(STATE.position, STATE.velocity, STATE.attitude, STATE.spin, time=2.6)
-    for act in (lambda: fullbody.Simulation(world, late), lambda: world.loads(late)):
+    later_state = fullbody.State(STATE.position, STATE.velocity, STATE.attitude, STATE.spin, time=2.6)
+    for act in (lambda: fullbody.Simulation(world, later_state), lambda: world.loads(later_state)):
         refused(r"time of Sun is 2.6", lambda act=act: act())
 
 

@@ -22,8 +22,8 @@ def pair(spin, distance=3.0, tilt=0.0, speed=1.0, lean=0.0, forces=()):
     r, v = np.array([distance, 0.0, 0.0]), n * distance * speed * np.array([0.0, np.cos(tilt), np.sin(tilt)])
     axis = np.array([0.0, -np.sin(tilt - lean), np.cos(tilt - lean)])
     share = MASS / (1.0 + MASS)
-    places = np.array([-share, 1 - share])[:, None]
-    state = fullbody.State(places * r, places * v, spin=[[0, 0, 0], spin * n * axis])
+    fractions = np.array([-share, 1 - share])[:, None]
+    state = fullbody.State(fractions * r, fractions * v, spin=[[0, 0, 0], spin * n * axis])
     return system, state, n
 
 

@@ -27,8 +27,10 @@ def helio(days):
 def planet(name, days):
     """A planet from the Sun in km, ecliptic, by astropy's rotation of coordinates."""
     times = Time(DATE.split()[0], scale="tdb") + days * u.day
-    away = get_body_barycentric(name, times) - get_body_barycentric("sun", times)
-    rotated = SkyCoord(away, frame="icrs", representation_type="cartesian").transform_to(BarycentricMeanEcliptic())
+    heliocentric = get_body_barycentric(name, times) - get_body_barycentric("sun", times)
+    rotated = SkyCoord(heliocentric, frame="icrs", representation_type="cartesian").transform_to(
+        BarycentricMeanEcliptic()
+    )
     return rotated.cartesian.xyz.to_value("km").T
 
 

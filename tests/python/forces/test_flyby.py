@@ -9,11 +9,11 @@ from support.scenes import pair, relative
 LOOSE = fullbody.Verner98(rtol=1e-11, atol=1e-11)
 
 
-def passage(periapsis, e=1.5, mu=1e6, reach=6.0):
+def passage(periapsis, e=1.5, mu=1e6, span=6.0):
     """A hyperbola past the pair of mass one, the time of its periapsis, and a time by which it is far again."""
     a = periapsis / (1 - e)
     n = np.sqrt((mu + 1.0) / -(a**3))
-    shape = np.arccosh((1 + reach) / e)
+    shape = np.arccosh((1 + span) / e)
     previous = (e * np.sinh(shape) - shape) / n
     orbit = fullbody.KeplerElements(a, e, 0.5, 0.7, 1.1, 0.0)
     return ThirdBody(mu=mu, orbit=orbit, of="body", time=previous, name="planet"), previous, 2 * previous

@@ -32,7 +32,7 @@ def synchronous(rotated=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primar
     return system, state
 
 
-def push(force=1e-9):
+def thrust(force=1e-9):
     return Byorp(on="B", about="A", force=force, name="BYORP")
 
 
@@ -49,7 +49,7 @@ def test_the_orbit_drifts_by_2_F_over_m_n(force):
     """
     system, state = synchronous()
     until = 40 * np.pi
-    ends = [s.integrate(state, until, output=[until]) for s in (system.with_forces([push(force)]), system)]
+    ends = [s.integrate(state, until, output=[until]) for s in (system.with_forces([thrust(force)]), system)]
     drift = ends[0].elements().a[0] - ends[1].elements().a[0]
     assert drift / until == pytest.approx(drift_of(force), rel=3e-3)
     assert ends[0].switched_off == {"BYORP": 0}
@@ -82,7 +82,7 @@ def test_force_and_torque_are_fixed_in_the_body_frame_of_the_secondary(force, fa
 
 def swinging(rotated, rate, until=100.0, **arguments):
     system, state = synchronous(rotated, rate, **arguments)
-    return system.with_forces([push()]).integrate(state, until)
+    return system.with_forces([thrust()]).integrate(state, until)
 
 
 @pytest.mark.parametrize("rotated", [0.0, 0.5, 1.2, -1.4, np.pi - 1.2])
@@ -122,7 +122,7 @@ def test_a_secondary_that_lies_on_its_side_is_not_pushed():
 
 def test_each_run_counts_its_own_losses_of_lock():
     system, state = synchronous(0.0, 2.0)
-    sim = fullbody.Simulation(system.with_forces([push()]), state)
+    sim = fullbody.Simulation(system.with_forces([thrust()]), state)
     assert [sim.integrate(time).switched_off["BYORP"] for time in (5.0, 10.0)] == [1, 1]
     sim.state = synchronous()[1]
     assert sim.integrate(5.0).switched_off == {"BYORP": 0}

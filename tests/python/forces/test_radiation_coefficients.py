@@ -138,9 +138,9 @@ def test_there_is_no_force_behind_the_primary():
     ball, primary = Body(Sphere(0.01), mass=1e-6, name="B"), Body(Sphere(1.0), mass=1.0)
     arguments = {"order": 1, "latitudes": 5, "longitudes": 3600}
     result = radiation_coefficients(ball, other=primary, position=[-3.0, 0.0, 0.0], **arguments)
-    push = result.synchronous_force()
+    force = result.synchronous_force()
     # What is missing of a mean of zero is the light from the side of the primary, which pushes outwards.
-    assert push == pytest.approx([-13 / 9 * 1e-4 * np.sin(np.arcsin(1 / 3)), 0.0, 0.0], rel=2e-3, abs=1e-9)
+    assert force == pytest.approx([-13 / 9 * 1e-4 * np.sin(np.arcsin(1 / 3)), 0.0, 0.0], rel=2e-3, abs=1e-9)
     assert result.outwards == 1
 
 

@@ -91,28 +91,30 @@ def end(system, state, forces, until=20.0):
 
 def test_forces_do_not_depend_on_the_motion_of_the_barycentre_and_the_origin_of_time():
     system, state = pair()
-    here = end(system, state, [sun(time=3.0)])
+    original = end(system, state, [sun(time=3.0)])
     shift, speed = np.array([1024.0, -512.0, 64.0]), np.array([3.0, -8.0, 0.5])
     moved = fullbody.State(state.position + shift, state.velocity + speed, state.attitude, state.spin, time=1000.0)
-    there = end(system, moved, [sun(time=1003.0)], 1020.0)
-    np.testing.assert_allclose(relative(there), relative(here), rtol=0, atol=2e-12)
-    np.testing.assert_allclose(there.spin, here.spin, rtol=0, atol=2e-11)
-    np.testing.assert_allclose(there.position - here.position, (shift + 20 * speed) + 0 * here.position, atol=1e-11)
+    shifted = end(system, moved, [sun(time=1003.0)], 1020.0)
+    np.testing.assert_allclose(relative(shifted), relative(original), rtol=0, atol=2e-12)
+    np.testing.assert_allclose(shifted.spin, original.spin, rtol=0, atol=2e-11)
+    np.testing.assert_allclose(
+        shifted.position - original.position, (shift + 20 * speed) + 0 * original.position, atol=1e-11
+    )
     # Energy of the barycentre's motion comes in; the impulse is what it was.
-    np.testing.assert_allclose(there.impulse["Sun"], here.impulse["Sun"], atol=1e-16)
-    assert abs(there.energy_drift).max() < 1e-13
+    np.testing.assert_allclose(shifted.impulse["Sun"], original.impulse["Sun"], atol=1e-16)
+    assert abs(shifted.energy_drift).max() < 1e-13
 
 
 def test_a_run_back_returns_to_its_start():
     system, state = pair()
     world = system.with_forces([sun()])
     sim = fullbody.Simulation(world, state, integrator=TIGHT)
-    there = sim.integrate(30.0, output=[30.0])
+    forward = sim.integrate(30.0, output=[30.0])
     back = sim.integrate(0.0, output=[0.0])
     np.testing.assert_allclose(back.position[0], state.position, rtol=0, atol=1e-12)
     np.testing.assert_allclose(back.spin[0], state.spin, rtol=0, atol=3e-12)
-    np.testing.assert_allclose(back.work["Sun"], -there.work["Sun"], rtol=1e-9)
-    again = world.integrate(there[-1], 0.0, output=[0.0], integrator=TIGHT)
+    np.testing.assert_allclose(back.work["Sun"], -forward.work["Sun"], rtol=1e-9)
+    again = world.integrate(forward[-1], 0.0, output=[0.0], integrator=TIGHT)
     np.testing.assert_allclose(relative(again), relative(back), rtol=0, atol=1e-10)
 
 
@@ -141,9 +143,9 @@ def test_spheres_and_points_get_no_torque():
 @pytest.mark.parametrize(("rows", "warned"), [(6, True), (12, False)])
 def test_coarse_tables_cause_a_warning(rows, warned, recwarn):
     # The error of a cubic spline on a circle with n rows a turn: (2 pi/n)^4/384, 3e-3 and 2e-4.
-    turns = 2 * np.pi * np.arange(-rows, 3 * rows) / rows
-    circle = np.stack([40 * np.cos(turns), 40 * np.sin(turns), 0 * turns], axis=1)
-    third = ThirdBody(mu=1.0, times=turns, positions=circle, of="body", name="Moon")
+    angles = 2 * np.pi * np.arange(-rows, 3 * rows) / rows
+    circle = np.stack([40 * np.cos(angles), 40 * np.sin(angles), 0 * angles], axis=1)
+    third = ThirdBody(mu=1.0, times=angles, positions=circle, of="body", name="Moon")
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0, forces=[third])
     state = fullbody.State(position=[[0.0, 0.0, 0.0]], velocity=[[0.0, 0.0, 0.0]])
     system.integrate(state, 1.0, output="ends")
@@ -153,8 +155,8 @@ def test_coarse_tables_cause_a_warning(rows, warned, recwarn):
     if warned:
         assert len(result) == 1
         assert "positions of Moon are so far apart" in result[0]
-        told = float(result[0].split("wrong by about ")[1].split()[0])
-        assert 0.5 < told / (wrong / 40) < 2.0
+        stated = float(result[0].split("wrong by about ")[1].split()[0])
+        assert 0.5 < stated / (wrong / 40) < 2.0
     else:
         assert not result
 
@@ -174,10 +176,10 @@ def test_a_path_in_another_frame_is_turned_into_that_of_the_system(system_frame,
         elements = (50.0, rng.uniform(0, 0.8), rng.uniform(0, 3.1), *rng.uniform(0, 6.2, 3))
         orbit = fullbody.KeplerElements(*elements, frame=arguments)
         points = [kepler_position(elements, 8.5, t).astype(float) for t in times]
-        there = SkyCoord(
+        position = SkyCoord(
             *np.transpose(points), representation_type="cartesian", frame=names.get(str(arguments), arguments)
         )
-        expected = there.transform_to(names.get(system_frame, system_frame)).cartesian.xyz.T
+        expected = position.transform_to(names.get(system_frame, system_frame)).cartesian.xyz.T
         third = ThirdBody(mu=7.0, orbit=orbit, of="body", name="Sun")
         changed = system.with_forces([third])
         assert worst(changed.third_body("Sun", times)[0], expected) < 1e-13

@@ -46,8 +46,8 @@ def loads(distance, axes=AXES, mass=2.0, mu=3.0, direction=DIRECTION):
     rotation = matrix(q)
     point = distance * rotation @ direction / np.linalg.norm(direction)
     system, state = body_alone(fullbody.Ellipsoid(*axes), mass=mass, attitude=q)
-    told = system.with_forces([at_rest(point, mu)]).loads(state)["Sun"]
-    return told.force[0], told.torque[0], rotation.T @ point, rotation
+    reported = system.with_forces([at_rest(point, mu)]).loads(state)["Sun"]
+    return reported.force[0], reported.torque[0], rotation.T @ point, rotation
 
 
 @pytest.mark.parametrize("distance", [1.05, 1.3, 2.0, 5.0, 17.0, 100.0, 1e4, 1e8, 1e12])

@@ -38,9 +38,9 @@ def lagging(r, v, omega, mass, k2, radius, lag):
             [omega[1] * r[2] - omega[2] * r[1], omega[2] * r[0] - omega[0] * r[2], omega[0] * r[1] - omega[1] * r[0]]
         )
 
-        def potential(x, y, z, late):
+        def potential(x, y, z, delay):
             at = mp.matrix([x, y, z])
-            was = r - late * (v - rotated)
+            was = r - delay * (v - rotated)
             a2, b2, ab = mp.fdot(at, at), mp.fdot(was, was), mp.fdot(at, was)
             return (3 * ab * ab - a2 * b2) / (2 * (a2 * b2) ** mp.mpf(2.5))
 

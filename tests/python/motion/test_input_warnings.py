@@ -80,8 +80,8 @@ def test_rotations_of_scipy_are_attitudes():
     refused("attitude is 1; expected 2", lambda: State.from_scipy(POSITION, VELOCITY, rotations[0]))
 
 
-def thrown(way, **options):
-    return getattr(fullbody.Particles, way)(*fullbody.systems.kw4(), "Beta", speed=0.1, **options)
+def thrown(direction, **options):
+    return getattr(fullbody.Particles, direction)(*fullbody.systems.kw4(), "Beta", speed=0.1, **options)
 
 
 @pytest.mark.parametrize(

@@ -20,10 +20,10 @@ def scale_of(f):
 def test_rotating_everything_rotates_forces_and_leaves_body_torques(pair, q):
     system, state = pair
     rotated = rotate(state, q)
-    previous, after = system.interactions(state), system.interactions(rotated)
-    assert worst(after.force, previous.force @ matrix(q).T) < 1e-13
-    assert np.abs(after.torque - previous.torque).max() < 1e-13 * scale_of(previous)
-    assert after.potential_energy == pytest.approx(previous.potential_energy, rel=1e-13)
+    previous, rotated_interactions = system.interactions(state), system.interactions(rotated)
+    assert worst(rotated_interactions.force, previous.force @ matrix(q).T) < 1e-13
+    assert np.abs(rotated_interactions.torque - previous.torque).max() < 1e-13 * scale_of(previous)
+    assert rotated_interactions.potential_energy == pytest.approx(previous.potential_energy, rel=1e-13)
     energy = system.energy(state).total
     assert system.energy(rotated).total == pytest.approx(energy, abs=1e-13 * scale_of(previous) * 20)
     momentum = system.angular_momentum(state)

@@ -70,10 +70,10 @@ def by_steps(sim, until, output, path):
     return None, fullbody.Simulation.load(path)
 
 
-def occurrences(run, after=-1.0):
+def occurrences(run, since=-1.0):
     kinds = [type(happened.event).__name__ for happened in run.events]
     pairs = zip(kinds, run.events, strict=True)
-    return [(kind, event.time, event.state) for kind, event in pairs if abs(event.time) > after]
+    return [(kind, event.time, event.state) for kind, event in pairs if abs(event.time) > since]
 
 
 def same_samples(run, expected):

@@ -85,8 +85,8 @@ def test_fates_have_units():
     member = spheres(6.0, -0.5, 0.0, units=("km", "hour", "kg"))
     result = fate(answer(member, 20.0, output=1.0))
     assert result.time.to_value(u.hour) == pytest.approx(fall(6.0, 2.0, 0.5), rel=1e-7)
-    away = spheres(30.0, 1.0, 0.0, units=("km", "hour", "kg"))
-    assert fate(answer(away, 20.0, output=1.0), beyond=32e3 * u.m).time == 3 * u.hour
+    escaping = spheres(30.0, 1.0, 0.0, units=("km", "hour", "kg"))
+    assert fate(answer(escaping, 20.0, output=1.0), beyond=32e3 * u.m).time == 3 * u.hour
 
 
 def test_a_fate_without_samples_is_refused():

@@ -111,9 +111,9 @@ def test_units_names_and_the_derivatives_of_phase_functions(pair):
         vectors = unit + h * shift, unit - h * shift
         ends = [observing.brightness(system, state, e, vector, law=law, albedo=albedo) for vector in vectors]
         np.testing.assert_allclose(result.to_sun[:, k], (ends[0] - ends[1]) / (2 * h), atol=1e-8)
-    united = System([Body(Ellipsoid("1 km", "800 m", "600 m"), mass="1 kg")], units=True)
+    with_units = System([Body(Ellipsoid("1 km", "800 m", "600 m"), mass="1 kg")], units=True)
     single = State(np.zeros((1, 3)), np.zeros((1, 3)))
-    area = observing.brightness(united, single, e, s)
+    area = observing.brightness(with_units, single, e, s)
     assert area.unit == "km2"
     bare = System([Body(Ellipsoid(1.0, 0.8, 0.6), mass=1.0)], G=1.0)
     np.testing.assert_allclose(area.value, observing.brightness(bare, single, e, s), rtol=1e-14)

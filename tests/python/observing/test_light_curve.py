@@ -53,8 +53,8 @@ def test_light_curve_is_that_of_another_program(nights, run, geometry):
     # The other program has one light time for both bodies, which differs from each one's own by microseconds, and one
     # distance: a body that is nearer to observer and Sun by x is brighter by the squares.
     both = observing.light_curve(run, np.array(nights["times"]) * u.h, geometry)
-    reach = np.abs(run.position.to_value("km")).max()
-    near = 2 * 1.0857 * reach * sum(1 / np.linalg.norm(vector) for vector in vectors.values())
+    radius = np.abs(run.position.to_value("km")).max()
+    near = 2 * 1.0857 * radius * sum(1 / np.linalg.norm(vector) for vector in vectors.values())
     np.testing.assert_allclose(both, -2.5 * np.log10(light.sum(axis=1)), rtol=0, atol=1e-8 + near)
 
 
@@ -91,12 +91,12 @@ def test_light_changes_between_the_contacts_of_mutual_events_and_only_there(run,
         body = run.system.index(event.body)
         remainder = [other for other in events if other is not event and other.body == event.body]
         for contact, inward in ((event.begin, 1.0), (event.end, -1.0)):
-            outside, after = contact - inward * 1e-3 * u.h, contact + inward * 4e-2 * u.h
-            if any(other.begin < max(outside, after) and other.end > min(outside, after) for other in remainder):
+            outside, inside = contact - inward * 1e-3 * u.h, contact + inward * 4e-2 * u.h
+            if any(other.begin < max(outside, inside) and other.end > min(outside, inside) for other in remainder):
                 continue
             assert abs(hidden(outside, body)) < 1e-13
             # What is hidden may lie on the dark side, or beyond the limb.
-            assert hidden(after, body) > -1e-13
+            assert hidden(inside, body) > -1e-13
 
 
 def test_zero_points_are_those_of_least_squares(nights, run, geometry):

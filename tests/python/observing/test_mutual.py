@@ -31,10 +31,10 @@ def view(span=20.0, **options):
     return observing.Geometry([-span, span], **options)
 
 
-def contacts(reach, inclination):
-    """Times from conjunction at which the centres are `reach` apart in the sky, on the orbit above."""
+def contacts(radius, inclination):
+    """Times from conjunction at which the centres are `radius` apart in the sky, on the orbit above."""
     # The distance in the sky is a sqrt(sin^2 t + cos^2 t sin^2 i).
-    return np.arcsin(np.sqrt((reach**2 / A**2 - np.sin(inclination) ** 2) / np.cos(inclination) ** 2))
+    return np.arcsin(np.sqrt((radius**2 / A**2 - np.sin(inclination) ** 2) / np.cos(inclination) ** 2))
 
 
 @pytest.mark.parametrize("inclination", [0.0, 0.03, 0.15, 0.2])
@@ -92,15 +92,15 @@ def test_composites_and_polyhedra_of_a_shape_have_nearly_its_events():
     dumb_bell = fullbody.Composite(
         [fullbody.Part(fullbody.Sphere(1.0), mass=0.35, position=[side, 0, 0]) for side in (-1.0, 1.0)]
     )
-    for shape, reach in ((box(2.0, 2.0, 2.0), 1.0), (dumb_bell, 2.0)):
-        big = fullbody.Body(shape, **({"mass": 0.7} if reach == 1.0 else {}), name="A")
+    for shape, radius in ((box(2.0, 2.0, 2.0), 1.0), (dumb_bell, 2.0)):
+        big = fullbody.Body(shape, **({"mass": 0.7} if radius == 1.0 else {}), name="A")
         system = fullbody.System([big, small], G=A**3, gravity="point")
         # The big body does not turn: its x-axis is across the line of sight, along y.
-        still = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)] if reach == 2.0 else [1.0, 0, 0, 0]
+        still = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)] if radius == 2.0 else [1.0, 0, 0, 0]
         r, v = [0.0, A, 0.0], [-A, 0.0, 0.0]
         state = fullbody.State(np.outer([-0.3, 0.7], r), np.outer([-0.3, 0.7], v), [still, [1.0, 0, 0, 0]])
         (event,) = observing.mutual_events(system.integrate(state, 3.0, dense=True), view(to_sun=None))
-        half = np.arcsin((reach + 0.5) / A)
+        half = np.arcsin((radius + 0.5) / A)
         assert event.begin == pytest.approx(0.5 * np.pi - half, abs=1e-9)
         assert event.end == pytest.approx(0.5 * np.pi + half, abs=1e-9)
         assert event.total_begin is not None

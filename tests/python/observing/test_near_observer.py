@@ -71,13 +71,13 @@ def excess(axes, states, eye, i, j):
 
 
 def near_events(seed):
-    """A binary seen, and lit, from points at 1.1 to 1000 times its reach, with its mutual events."""
+    """A binary seen, and lit, from points at 1.1 to 1000 times its radius, with its mutual events."""
     rng = np.random.default_rng(1000 + seed)
     axes, run, directions, _ = binary(rng, units=("km", "s", "kg"))
     ends = sorted([0.0, float(run.time[-1].value)])
     at = run.dense(np.linspace(*ends, 400) * u.s)
-    reach = max(np.linalg.norm(at.position[:, k], axis=1).max().value + axes[k].max() for k in (0, 1))
-    eyes = [d / np.linalg.norm(d) * reach * rng.choice([1.1, 1.5, 5.0, 1e3]) for d in directions]
+    radius = max(np.linalg.norm(at.position[:, k], axis=1).max().value + axes[k].max() for k in (0, 1))
+    eyes = [d / np.linalg.norm(d) * radius * rng.choice([1.1, 1.5, 5.0, 1e3]) for d in directions]
     view = {name: eye * u.km for name, eye in zip(("to_observer", "to_sun"), eyes, strict=True)}
     geometry = observing.Geometry([ends[0] - 1, ends[1] + 1] * u.s, light_time=False, **view)
     result = observing.mutual_events(run, geometry)

@@ -58,9 +58,9 @@ def test_range_rates_are_derivatives_of_the_ranges(run, geometry):
         moments * u.s, range=np.zeros(27), range_rate=np.zeros(27), sigma=(1.0, 1.0), body="A", geometry=geometry
     )
     result = data.predict(run)
-    before, _, after = result.range.to_value("km").reshape(9, 3).T
+    earlier, _, later = result.range.to_value("km").reshape(9, 3).T
     rates = result.range_rate.to_value("km/s").reshape(9, 3)[:, 1]
-    np.testing.assert_allclose(rates, (after - before) / (2 * step), rtol=1e-9)
+    np.testing.assert_allclose(rates, (later - earlier) / (2 * step), rtol=1e-9)
     np.testing.assert_allclose(rates, 10.0, rtol=1e-3)
 
 

@@ -14,14 +14,15 @@ EDGES = np.linspace(-6.0, 6.0, 25)
 DELAYS = np.linspace(-2e-5, 2e-5, 41)
 
 
-def scene(order=(0, 1, 2), turn=None, **more):
-    """Three bodies, of which two are partly hidden, in an order and turned as a whole."""
+def scene(order=(0, 1, 2), rotation=None):
+    """Three bodies, of which two are partly hidden, in an order and all rotated together."""
     shapes = [Ellipsoid(0.7, 0.6, 0.5), Ellipsoid(0.3, 0.2, 0.25), torus(0.3, 0.1)]
     rng = np.random.default_rng(5)
     position, velocity = np.array([[0, 0, 0], [2.0, 0.4, 0.3], [-1.5, 0.5, -0.3]]), 1e-4 * rng.normal(size=(3, 3))
     attitude, spin = Rotation.random(3, rng=rng), 2e-4 * rng.normal(size=(3, 3))
-    if turn is not None:
-        position, velocity, attitude = turn.apply(position), turn.apply(velocity), turn * attitude
+    if rotation is not None:
+        position, velocity = rotation.apply(position), rotation.apply(velocity)
+        attitude = rotation * attitude
     quaternions = attitude.as_quat(scalar_first=True)
     pick = list(order)
     masses = np.array([1.0, 1e-9, 1e-9])[pick]
@@ -43,8 +44,8 @@ def test_bins_add_up_to_wider_ones_and_to_spectra():
 def test_echoes_follow_the_names_of_bodies_and_the_axes_of_space():
     result = image(scene(), DELAYS, EDGES, per_body=True)
     assert worst(image(scene([2, 0, 1]), DELAYS, EDGES, per_body=True), result[[2, 0, 1]]) < 1e-12
-    turn = Rotation.from_rotvec([0.3, -0.8, 1.1])
-    rotated = image(scene(turn=turn), DELAYS, EDGES, at_rest(turn.apply([1.0, 0, 0])), per_body=True)
+    rotation = Rotation.from_rotvec([0.3, -0.8, 1.1])
+    rotated = image(scene(rotation=rotation), DELAYS, EDGES, at_rest(rotation.apply([1.0, 0, 0])), per_body=True)
     assert worst(rotated, result) < 1e-9
 
 
@@ -98,8 +99,8 @@ def test_an_echo_over_an_exposure_is_the_mean_of_many():
     edges, moment = np.linspace(-40.0, 40.0, 21) * u.Hz, 50.0
     options = FULL | {"transmit_frequency": F * u.Hz}
     result = observing.radar_spectrum(run, [moment] * u.s, view, edges, exposure=40.0 * u.s, **options).power.value[0]
-    many = moment - 20.0 + 40.0 * (np.arange(200) + 0.5) / 200
-    each = observing.radar_spectrum(run, many * u.s, view, edges, **options).power.value
+    moments = moment - 20.0 + 40.0 * (np.arange(200) + 0.5) / 200
+    each = observing.radar_spectrum(run, moments * u.s, view, edges, **options).power.value
     assert worst(result, each.mean(axis=0)) < 2e-3 < worst(each[0], each.mean(axis=0))
 
 
@@ -109,8 +110,8 @@ def test_light_over_an_exposure_is_the_mean_of_many():
         [0.0, 2000.0] * u.s, to_observer=[1, 0, 0] * u.au, to_sun=[1, 0.5, 0] * u.au, light_time=False
     )
     result = observing.light_curve(run, [1000.0] * u.s, view, exposure=600 * u.s)
-    many = observing.light_curve(run, (700.0 + 600.0 * (np.arange(400) + 0.5) / 400) * u.s, view)
-    assert result[0] == pytest.approx(-2.5 * np.log10(np.mean(10 ** (-0.4 * many))), abs=1e-6)
+    samples = observing.light_curve(run, (700.0 + 600.0 * (np.arange(400) + 0.5) / 400) * u.s, view)
+    assert result[0] == pytest.approx(-2.5 * np.log10(np.mean(10 ** (-0.4 * samples))), abs=1e-6)
     assert abs(result[0] - observing.light_curve(run, [1000.0] * u.s, view)[0]) > 1e-3
 
 
@@ -127,13 +128,13 @@ def test_responses_of_the_receiver_spread_an_echo_by_their_own_form():
     of_delay = image(run, 1e-6 * (edges - 0.3), [-1.0, 1.0], delay_response="triangle2")[:, 0]
     assert worst(of_delay, 1.5 * total * np.clip(1.0 - abs(middles - 0.3), 0.0, None) ** 2) < 0.12
     smooth = run_of(Sphere(0.5), spin=[[0, 0, 1e-4]])
-    plain = image(smooth, DELAYS, EDGES)
+    unresolved = image(smooth, DELAYS, EDGES)
     of_frequency = image(smooth, DELAYS, EDGES, frequency_response="sinc2")
-    assert of_frequency.sum() == pytest.approx(plain.sum(), rel=0.02)
+    assert of_frequency.sum() == pytest.approx(unresolved.sum(), rel=0.02)
     # The squares of triangles add up to one only in the mean over the places of a narrow echo within a bin.
     seen = image(smooth, DELAYS, EDGES, frequency_response="sinc2", delay_response="triangle2")
-    assert seen.sum() == pytest.approx(plain.sum(), rel=0.1)
-    assert seen.max() < plain.max()
+    assert seen.sum() == pytest.approx(unresolved.sum(), rel=0.1)
+    assert seen.max() < unresolved.max()
     assert (seen >= 0.0).all()
 
 
@@ -153,8 +154,8 @@ def test_units_and_names_come_with_the_echo():
     total = observing.radar_spectrum(run, [0.0, 0.0], at_rest(), edges, **options)
     assert total.to_xarray().dims == ("time", "frequency")
     assert total.delays is None
-    own = {"A": observing.Cosine(1.0, 0.3), "B": observing.Cosine(1.0, 0.6), "C": observing.Cosine(1.0, 0.0)}
-    each = spectrum(run, EDGES, per_body=True, law=own)
+    laws = {"A": observing.Cosine(1.0, 0.3), "B": observing.Cosine(1.0, 0.6), "C": observing.Cosine(1.0, 0.0)}
+    each = spectrum(run, EDGES, per_body=True, law=laws)
     assert worst(each, spectrum(run, EDGES, per_body=True) * np.array([[1.0], [2.0], [0.0]])) < 1e-14
 
 

@@ -204,9 +204,9 @@ def test_frequencies_are_the_rates_of_change_of_the_path_lengths_of_points(bista
 
     normals, step = fibonacci(200_000), 0.5
     for body in range(2):
-        before, after = (path_lengths(moment + sign * step, body, normals)[0] for sign in (-1.0, 1.0))
+        earlier, later = (path_lengths(moment + sign * step, body, normals)[0] for sign in (-1.0, 1.0))
         now, normal, antennas = path_lengths(moment, body, normals)
-        frequency, delay = -F * (after - before) / (2 * step) / C_LIGHT, now / C_LIGHT
+        frequency, delay = -F * (later - earlier) / (2 * step) / C_LIGHT, now / C_LIGHT
         e = [vector / np.linalg.norm(vector) for vector in antennas]
         bisector = (e[0] + e[1]) / np.linalg.norm(e[0] + e[1])
         size = np.linalg.norm(normal, axis=1)

@@ -48,8 +48,8 @@ def apart(vertices, states, d, i, j):
         (vertices[m] @ np.swapaxes(rotation[:, m], 1, 2) + states.position[:, m, None]) @ plane.T for m in (i, j)
     )
     vector = states.position[:, j] - states.position[:, i]
-    reach = sum(np.linalg.norm(vertices[m], axis=1).max() for m in (i, j))
-    margin = np.linalg.norm(vector @ plane.T, axis=1) - reach
+    radius = sum(np.linalg.norm(vertices[m], axis=1).max() for m in (i, j))
+    margin = np.linalg.norm(vector @ plane.T, axis=1) - radius
     for k in np.flatnonzero(margin < 0):
         differences = (second[k][None] - first[k][:, None]).reshape(-1, 2)
         margin[k] = ConvexHull(differences).equations[:, 2].max()

@@ -38,12 +38,12 @@ def table():
 
 def test_a_filter_has_one_zero_point_in_one_data_set_and_in_several(table):
     rows, geometry = table
-    whole = observing.Photometry.from_table(rows, filter="band", geometry=geometry)
+    together = observing.Photometry.from_table(rows, filter="band", geometry=geometry)
     parts = [
         observing.Photometry.from_table(rows[part], filter="band", geometry=geometry)
         for part in (slice(40), slice(40, None))
     ]
-    fits = [fullbody.fit(lone, {"period": Free(6.0005)}, data) for data in ([whole], parts)]
+    fits = [fullbody.fit(lone, {"period": Free(6.0005)}, data) for data in ([together], parts)]
     assert list(fits[1].values) == ["period", "zero point of R", "zero point of V"]
     results = np.array([[fit.values[name] for name in fits[1].values] for fit in fits])
     assert np.allclose(results[0], results[1], rtol=1e-9)
@@ -51,9 +51,9 @@ def test_a_filter_has_one_zero_point_in_one_data_set_and_in_several(table):
     assert (np.abs(results[0] - [6.0, 7.5, 8.0]) < [0.0014, 0.0048, 0.0072]).all()
     system, state = lone(results[0, 0])
     run = system.integrate(state, "100 h", dense=True)
-    assert whole.filters.tolist() == ["R", "V"]
-    assert np.allclose(whole.zero_points(run), results[0, 1:], rtol=1e-6)
-    assert whole.to_table()["filter"].tolist() == rows["band"].tolist()
+    assert together.filters.tolist() == ["R", "V"]
+    assert np.allclose(together.zero_points(run), results[0, 1:], rtol=1e-6)
+    assert together.to_table()["filter"].tolist() == rows["band"].tolist()
 
 
 def test_filters_are_one_label_for_each_row_or_none(table):

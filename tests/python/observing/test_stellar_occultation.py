@@ -95,11 +95,11 @@ def simulated(shape, heights=HEIGHTS, displaced=(0.0, 0.0), attitude=None, spin=
     return data, run
 
 
-def measured(exact, noise=0.0, seed=0, late=0.0, heights=HEIGHTS, **options):
-    """Data with the chords of exact data and normal errors of the times, which are late by seconds for each station."""
+def measured(exact, noise=0.0, seed=0, clock_error=0.0, heights=HEIGHTS, **options):
+    """Data with the chords of exact data, normal errors of the times, and errors in s of the clocks of stations."""
     star, stations, geometry, _, _ = tilted(heights)
     options = {"star": star, "stations": stations, "geometry": geometry, "sigma": 0.05 * u.s} | options
-    errors = np.random.default_rng(seed).normal(0.0, noise, (2, len(heights))) + late
+    errors = np.random.default_rng(seed).normal(0.0, noise, (2, len(heights))) + clock_error
     begin, end = exact.chords[0].T + errors * u.s
     return observing.StellarOccultation(disappearance=begin, reappearance=end, **options)
 
@@ -131,11 +131,11 @@ def test_the_offset_of_ephemeris_and_star_is_found(shape):
 
 def test_the_free_error_of_a_clock_is_found_beside_the_offset():
     data, run = simulated(fullbody.Ellipsoid(60.0, 45.0, 40.0), clock=[2])
-    late = np.where(np.arange(4) == 2, 1.7, 0.0)
-    result = measured(data, late=late, clock=[2]).linear_values(run)
+    clock_error = np.where(np.arange(4) == 2, 1.7, 0.0)
+    result = measured(data, clock_error=clock_error, clock=[2]).linear_values(run)
     assert result["clock of station 2"].to_value("s") == pytest.approx(1.7, abs=1e-6)
     assert result["offset east"].to_value("mas") == pytest.approx(0.0, abs=1e-4)
-    assert measured(data, late=late).chi2(run) > 100.0
+    assert measured(data, clock_error=clock_error).chi2(run) > 100.0
 
 
 @pytest.mark.parametrize("clock", [None, [2]])

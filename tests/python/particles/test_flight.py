@@ -110,10 +110,10 @@ def test_results_depend_neither_on_threads_nor_on_neighbours():
 def test_particles_return_to_their_start():
     system, state, x, v = cloud(20)
     run = system.integrate(state, 24.0, dense=True)
-    there = run.fly(fullbody.Particles(x, v), output="ends")
-    fly = there.fate == "flying"
+    forward = run.fly(fullbody.Particles(x, v), output="ends")
+    fly = forward.fate == "flying"
     assert fly.sum() > 5
-    last = fullbody.Particles(there.last_position[fly], there.last_velocity[fly])
+    last = fullbody.Particles(forward.last_position[fly], forward.last_velocity[fly])
     back = run.fly(last, 0.0, output="ends", start=24.0)
     assert np.abs(back.position[-1] - x[fly]).max() < 1e-8
     # A run that itself goes backwards leads to the same end.

@@ -60,8 +60,8 @@ def test_the_legend_names_the_band_once():
 
 def test_an_angle_of_many_turns_is_drawn_without_its_uniform_turn():
     ax = axes()
-    turned = 720.0 * TIME + 5.0 * np.sin(2 * np.pi * 0.05 * TIME)
-    name = lines.draw_angle(ax, TIME, (turned + 180.0) % 360.0 - 180.0, {}, r"$\psi$", "h")
+    rotation = 720.0 * TIME + 5.0 * np.sin(2 * np.pi * 0.05 * TIME)
+    name = lines.draw_angle(ax, TIME, (rotation + 180.0) % 360.0 - 180.0, {}, r"$\psi$", "h")
     assert name == r"$\psi$ $-\,\nu t$"
     assert ax.get_legend_handles_labels()[1] == [r"$\nu$ = 720°/h"]
     assert ax.lines[0].get_ydata() == pytest.approx(5.0 * np.sin(2 * np.pi * 0.05 * TIME), abs=1e-9)

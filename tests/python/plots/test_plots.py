@@ -44,10 +44,10 @@ def test_orbit_shows_the_relative_position(kw4_run):
 
 def test_orbit_outline_is_the_shadow_of_the_body():
     bodies = body_list((fullbody.Ellipsoid(3.0, 2.0, 1.0), 1.0), (fullbody.PointMass(), 1e-6))
-    turn = np.deg2rad(30.0)
-    state = fullbody.State.from_tait_bryan([[0, 0, 0], [9, 0, 0]], np.zeros((2, 3)), [[0, 0, turn], [0, 0, 0]])
+    angle = np.deg2rad(30.0)
+    state = fullbody.State.from_tait_bryan([[0, 0, 0], [9, 0, 0]], np.zeros((2, 3)), [[0, 0, angle], [0, 0, 0]])
     run = fullbody.System(bodies, G=1e-12).integrate(state, 0.001, output=[0.0])
-    edge = run.plot.orbit().patches[0].get_xy() @ rot_z(turn)[:2, :2]
+    edge = run.plot.orbit().patches[0].get_xy() @ rot_z(angle)[:2, :2]
     assert np.allclose((edge[:, 0] / 3.0) ** 2 + (edge[:, 1] / 2.0) ** 2, 1.0, atol=1e-9)
 
 

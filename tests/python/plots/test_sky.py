@@ -39,17 +39,17 @@ def test_north_is_up_and_east_to_the_left_and_the_sizes_are_those_in_the_sky():
     ax = run.plot.sky(0.0, geometry)
     assert ax.xaxis_inverted()
     assert ax.get_xlabel() == "east [mas]"
-    places = {text.get_text(): text.get_position() for text in ax.texts}
-    assert places["B"][0] == pytest.approx(5.0, abs=0.01)
-    assert places["B"][1] > 1.0
-    assert places["N"][1] > places["E"][1]
-    assert places["E"][0] > places["N"][0]
+    positions = {text.get_text(): text.get_position() for text in ax.texts}
+    assert positions["B"][0] == pytest.approx(5.0, abs=0.01)
+    assert positions["B"][1] > 1.0
+    assert positions["N"][1] > positions["E"][1]
+    assert positions["E"][0] > positions["N"][0]
     areas = sorted(area.sum() for area, _ in faces(ax))
     np.testing.assert_allclose(areas, [np.pi, 4.0 * np.pi], rtol=5e-3)
     # A scale of a round length.
     scale = next(line for line in ax.lines if line.get_color() == "white")
     assert np.ptp(scale.get_xdata()) == pytest.approx(2.0, rel=1e-4)
-    assert "2 km" in places
+    assert "2 km" in positions
     assert "phase angle 0.0°" in ax.get_title()
     matplotlib.pyplot.close("all")
 

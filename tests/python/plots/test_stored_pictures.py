@@ -87,8 +87,8 @@ def tracked():
     system, state = setup(2.55)
     run = system.integrate(state, 30.0, dense=True)
     exact = observing.Astrometry(times, zero, zero, 1e-4, **options).predict(run)
-    given = exact + random.normal(scale=1e-4, size=exact.shape)
-    return fullbody.fit(setup, {"a": 2.54}, observing.Astrometry(times, *given.T, 1e-4, **options))
+    measured = exact + random.normal(scale=1e-4, size=exact.shape)
+    return fullbody.fit(setup, {"a": 2.54}, observing.Astrometry(times, *measured.T, 1e-4, **options))
 
 
 def of_runs(name, rows=1, columns=1, run="kw4_run", **options):
@@ -129,8 +129,8 @@ def section(system, ax):
     """Periapses of three motions near 1999 KW4."""
     system, state = fullbody.systems.kw4()
     starts = [state.kick(1, [0.0, speed, 0.0]) for speed in (0.0, 0.01, 0.02)]
-    found = analysis.section(system, starts, 300.0, fullbody.events.Periapsis(0, 1))
-    found.plot(distance, lambda state: np.linalg.norm(state.velocity[1]), ax)
+    result = analysis.section(system, starts, 300.0, fullbody.events.Periapsis(0, 1))
+    result.plot(distance, lambda state: np.linalg.norm(state.velocity[1]), ax)
 
 
 def distance(state):

@@ -34,8 +34,8 @@ def test_transition_matrices_of_fixed_steps_are_symplectic(integrator):
     assert np.array_equal(run[1].position, system.integrate(state, 2.0, **options)[1].position)
     phi = run.transition[1]
     # The map is symplectic by itself, and keeps the angular momentum, whatever the length of its steps.
-    kept = phi.T @ symplectic_form(system, run[1]) @ phi
-    scaled = [size[:, np.newaxis] * form * size for form in (kept, symplectic_form(system, run[0]))]
+    conserved = phi.T @ symplectic_form(system, run[1]) @ phi
+    scaled = [size[:, np.newaxis] * form * size for form in (conserved, symplectic_form(system, run[0]))]
     assert worst(*scaled) < 1e-12
     now, then = (momentum_gradients(system, run[i]) for i in (1, 0))
     assert worst(now @ phi * size, then * size) < 1e-12

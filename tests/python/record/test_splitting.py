@@ -12,7 +12,7 @@ AXES = (1.0, 0.8, 0.45)
 
 def free_top(moments, spin, time):
     """Spin and attitude of a top that starts with the frame of space: Euler's equations by Taylor series, 25 digits."""
-    way = 1 if time > 0 else -1
+    sign = 1 if time > 0 else -1
     with mpmath.workdps(25):
         i1, i2, i3 = (mpmath.mpf(float(moment)) for moment in moments)
 
@@ -20,7 +20,7 @@ def free_top(moments, spin, time):
             a, b, c, w, x, y, z = y
             euler = [(i2 - i3) / i1 * b * c, (i3 - i1) / i2 * c * a, (i1 - i2) / i3 * a * b]
             product = [-x * a - y * b - z * c, w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a]
-            return [way * rate for rate in euler] + [way * rate / 2 for rate in product]
+            return [sign * rate for rate in euler] + [sign * rate / 2 for rate in product]
 
         end = mpmath.odefun(rates, 0, [*map(mpmath.mpf, spin), 1, 0, 0, 0], tol=mpmath.mpf("1e-21"))(abs(time))
         return np.array([float(value) for value in end])
@@ -115,9 +115,9 @@ def test_a_step_over_hundreds_of_distances_is_exact_for_spheres():
     bodies = [fullbody.Body(fullbody.Sphere(1e-6), mass=m, name=n) for m, n in ((0.7, "A"), (0.3, "B"))]
     system = fullbody.System(bodies, G=1.0)
     for far in 10.0 ** rng.uniform(2.0, 3.0, 60):
-        away, velocity = rng.normal(size=(2, 3))
+        position, velocity = rng.normal(size=(2, 3))
         velocity *= far / np.linalg.norm(velocity)
-        state = fullbody.State([[0, 0, 0], away / np.linalg.norm(away)], [[0, 0, 0], velocity])
+        state = fullbody.State([[0, 0, 0], position / np.linalg.norm(position)], [[0, 0, 0], velocity])
         splitting = fullbody.SymplecticSplitting(1.0, scheme="leapfrog")
         ends = [system.integrate(state, 1.0, output="ends", integrator=i) for i in (splitting, fullbody.Verner98())]
         np.testing.assert_allclose(ends[0].position[-1], ends[1].position[-1], rtol=0, atol=1e-12 * far)

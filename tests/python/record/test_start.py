@@ -90,15 +90,15 @@ def test_slices_copies_pickles_and_files_keep_the_start(tmp_path):
     for part in (slice(5, None), slice(None, None, 3), slice(-1, None), slice(3, 3), [3, 7]):
         assert np.array_equal(drifts(run[part]), drifts(run)[:, part])
         assert run[part].start == run.start
-    late = run[7:]
-    late.save(tmp_path / "late.nc")
+    tail = run[7:]
+    tail.save(tmp_path / "late.nc")
     again = fullbody.load(tmp_path / "late.nc")
-    for twin in (copy.copy(late), copy.deepcopy(late), pickle.loads(pickle.dumps(late)), again):
-        assert twin == late
-        assert twin.start == late.start
-        assert np.array_equal(drifts(twin), drifts(late))
+    for twin in (copy.copy(tail), copy.deepcopy(tail), pickle.loads(pickle.dumps(tail)), again):
+        assert twin == tail
+        assert twin.start == tail.start
+        assert np.array_equal(drifts(twin), drifts(tail))
     other = three().integrate(run[3], 32.0, output=1.5, integrator=LOOSE)
-    assert other[2:] != late
+    assert other[2:] != tail
 
 
 def test_the_start_in_xarray_has_units():

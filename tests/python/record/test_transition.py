@@ -47,8 +47,8 @@ def test_transition_matrices_are_symplectic(tumble):
     size = scales(system, run[0])
     for k in (1, 2):
         phi = run.transition[k]
-        kept = phi.T @ symplectic_form(system, run[k]) @ phi
-        both = [size[:, np.newaxis] * form * size for form in (kept, symplectic_form(system, run[0]))]
+        conserved = phi.T @ symplectic_form(system, run[k]) @ phi
+        both = [size[:, np.newaxis] * form * size for form in (conserved, symplectic_form(system, run[0]))]
         # Terms of the sum are as large as the square of the matrix.
         growth = np.abs(scaled(phi, system, run[0])).max() ** 2
         assert worst(*both) < 1e-13 * growth

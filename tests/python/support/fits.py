@@ -82,11 +82,13 @@ def view(hours, sun=False, share=1.0):
 
 
 def flyby(hours):
-    """The way of the Earth past 1999 KW4 in May 2001, on a straight line at 22 km/s: 0.0323 au away in mid-time."""
+    """The vector to the Earth past 1999 KW4 in May 2001, on a straight line at 22 km/s: 0.0323 au away in mid-time."""
     nearest = 0.0323 * np.array([0.863, 0.505, 0.0]) * u.au
-    way = np.array([9.6, -16.4, 10.9]) * u.km / u.s * (0.5 * hours * u.h)
+    displacement = np.array([9.6, -16.4, 10.9]) * u.km / u.s * (0.5 * hours * u.h)
     times = np.linspace(0.0, hours, ROWS) * u.h
-    return observing.Geometry(times, to_observer=np.linspace(nearest - way, nearest + way, ROWS), frame="ecliptic")
+    return observing.Geometry(
+        times, to_observer=np.linspace(nearest - displacement, nearest + displacement, ROWS), frame="ecliptic"
+    )
 
 
 def noisy(rng, system, state, times, hours, **bodies):

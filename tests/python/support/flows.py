@@ -106,9 +106,9 @@ def solids(first, second, distance, gravity="focal"):
     """Two of these solids at a distance, tilted and tumbling."""
     named = (("A", first, 1.0), ("B", second, 0.4))
     bodies = [fullbody.Body(SOLIDS[s], name=n, **({} if s == "composite" else {"mass": m})) for n, s, m in named]
-    away = distance * np.array([0.7, 0.6, -0.39])
+    offset = distance * np.array([0.7, 0.6, -0.39])
     state = fullbody.State.from_tait_bryan(
-        [-0.3 * away, 0.7 * away],
+        [-0.3 * offset, 0.7 * offset],
         [[0.0, -0.1, 0.02], [0.1, 0.5, 0.1]],
         [[0.2, -0.3, 0.9], [1.0, 0.4, -0.5]],
         [[0.1, -0.2, 0.5], [0.3, 0.1, -0.4]],

@@ -146,9 +146,9 @@ def forces(rng, kinds, fixed):
 
 def tilted(rng, system, state):
     """The state with B's long axis towards A, and its short axis turning through 45 degrees from the orbit's normal."""
-    away, along = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
-    momentum = np.cross(away, along)
-    line, normal = away / np.linalg.norm(away), momentum / np.linalg.norm(momentum)
+    separation, along = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
+    momentum = np.cross(separation, along)
+    line, normal = separation / np.linalg.norm(separation), momentum / np.linalg.norm(momentum)
     tilt = rng.choice([-1.0, 1.0]) * (0.25 * np.pi + rng.uniform(-0.15, 0.15))
     axes = np.empty((3, 3))
     order = np.argsort(system.bodies[1].inertia)
@@ -158,7 +158,7 @@ def tilted(rng, system, state):
     if np.linalg.det(axes) < 0.0:
         axes[:, order[1]] *= -1.0
     rotation = Rotation.from_matrix(axes).as_quat(scalar_first=True)
-    spin = axes.T @ (momentum / (away @ away) + rng.choice([-1.0, 1.0]) * 0.4 * line)
+    spin = axes.T @ (momentum / (separation @ separation) + rng.choice([-1.0, 1.0]) * 0.4 * line)
     attitude, spins = np.array(state.attitude), np.array(state.spin)
     attitude[1], spins[1] = rotation, spin
     return state.replace(attitude=attitude, spin=spins)
@@ -190,15 +190,15 @@ def case(seed):
     kinds += [str(rng.choice(every))] if three else []
     bodies = [body(rng, kind, label, mass) for kind, label, mass in zip(kinds, "ABC", (1.0, 0.4, 0.2), strict=False)]
     system = fullbody.System(bodies, G=1.0, gravity=gravity, forces=forces(rng, kinds, fixed))
-    away = rng.normal(size=3)
-    away *= rng.uniform(2.9, 4.0) / np.linalg.norm(away)
-    along = np.cross(away, rng.normal(size=3))
-    along *= np.sqrt(1.4 / np.linalg.norm(away)) / np.linalg.norm(along)
-    along += rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.15) * away / np.linalg.norm(away)
+    direction = rng.normal(size=3)
+    direction *= rng.uniform(2.9, 4.0) / np.linalg.norm(direction)
+    along = np.cross(direction, rng.normal(size=3))
+    along *= np.sqrt(1.4 / np.linalg.norm(direction)) / np.linalg.norm(along)
+    along += rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.15) * direction / np.linalg.norm(direction)
     attitudes = rng.normal(size=(3, 4))
     count = len(bodies)
     state = fullbody.State(
-        [-0.3 * away, 0.7 * away, [2.0, -8.0, 1.0]][:count],
+        [-0.3 * direction, 0.7 * direction, [2.0, -8.0, 1.0]][:count],
         [-0.3 * along, 0.7 * along, [0.3, 0.1, 0.0]][:count],
         (attitudes / np.linalg.norm(attitudes, axis=1, keepdims=True))[:count],
         rng.uniform(-0.5, 0.5, (count, 3)),
@@ -239,10 +239,10 @@ def errors(case):
     event = run.at_event(0)
     index = (case.column // 12, case.column % 12 // 3, case.column % 3)
 
-    end, there = slice(0, len(size)), slice(len(size), None)
+    end, image = slice(0, len(size)), slice(len(size), None)
 
     # Within their steps, derivatives are those of the motion, from which these methods' own differ by their error.
-    both = (end,) if case.is_of_second_order else (end, there)
+    both = (end,) if case.is_of_second_order else (end, image)
 
     def error(columns, change, natural, parts):
         columns, change = np.concatenate(columns) / sizes, change / sizes
@@ -251,7 +251,7 @@ def errors(case):
         return max(worst(columns[part], change[part], max(np.abs(change[part]).max(), least)) for part in parts)
 
     def least(columns, ends, natural, parts=both):
-        # Principal axes are named anew, and rules of the quadrature change, beyond some change: there a shorter step
+        # Principal axes are named anew, and rules of the quadrature change, beyond some change: image a shorter step
         # decides, and beside a loose tolerance a longer one.
         results = []
         for step in STEPS:
@@ -277,7 +277,7 @@ def errors(case):
         return results
     name, changed = parameter_of(case.event)
     columns = np.zeros(len(size)), event.sensitivity[name], [event.time_sensitivity[name]]
-    results[name] = least(columns, lambda by: numbers(event=changed(by)), 1.0, parts=(there,))
+    results[name] = least(columns, lambda by: numbers(event=changed(by)), 1.0, parts=(image,))
     return results
 
 
@@ -297,12 +297,12 @@ def asymmetry(case):
     system, size = case.system, scales(case.system, case.state)
     first, last = (size[:, np.newaxis] * symplectic_form(system, case.run[k]) * size for k in (0, -1))
     scaled = case.run.transition[-1] * size / size[:, np.newaxis]
-    kept = np.eye(len(size))
+    basis = np.eye(len(size))
     if system.forces:
         means = [np.kron([body.mass for body in system], np.eye(12)[k]) for k in range(6)]
-        kept = null_space(means)
+        basis = null_space(means)
     change = scaled.T @ last @ scaled - first
-    return np.abs(kept.T @ change @ kept).max() / np.abs(first).max()
+    return np.abs(basis.T @ change @ basis).max() / np.abs(first).max()
 
 
 def differences(ends, step):
@@ -313,9 +313,9 @@ def differences(ends, step):
 
 def one_sided(ends, step):
     """The derivative of the ends of runs by differences of seventh order, from the end of a parameter's range on."""
-    here, order = ends(0.0), 7
+    central, order = ends(0.0), 7
     weights = [(-1) ** (k + 1) * comb(order, k) / k for k in range(1, order + 1)]
-    return sum(w * change(here, ends(k * step)) for k, w in enumerate(weights, 1)) / step
+    return sum(w * change(central, ends(k * step)) for k, w in enumerate(weights, 1)) / step
 
 
 def change(first, other):
