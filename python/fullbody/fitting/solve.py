@@ -81,7 +81,7 @@ def fit(
     Fit
         The best minimum; ``Fit.minima`` lists all. A fit of :class:`~fullbody.observing.Photometry` of a body alone
         is repeated from the mirror of its pole, at the ecliptic longitude plus 180 degrees, if none of the fits ended
-        near that: light curves hardly tell the two difference. Ctrl-C returns the best values so far, with the
+        near that: light curves hardly tell the two apart. Ctrl-C returns the best values so far, with the
         ``Fit.message`` that says so.
 
     Raises

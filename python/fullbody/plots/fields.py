@@ -60,7 +60,7 @@ def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax:
     values, phrase, unit = _values(field, quantity)
     ax = single(ax, (8.0, 4.4))
     outlines = _outlines(without_unit(field.cells), np.degrees(without_unit(field.longitude)))
-    # Cells across the edge of the map are artist on both sides of it.
+    # Cells across the edge of the map are drawn on both sides of it.
     rotation = np.array([360.0, 0.0])
     right = [k for k, outline in enumerate(outlines) if outline[:, 0].max() > 180.0]
     left = [k for k, outline in enumerate(outlines) if outline[:, 0].min() < -180.0]

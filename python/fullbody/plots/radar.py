@@ -42,7 +42,7 @@ def radar_spectrum(
         Arguments of :func:`fullbody.observing.radar_spectrum`.
     ax : matplotlib Axes, optional
     bodies : bool
-        Whether the echo of each body is artist, too.
+        Whether the echo of each body is drawn, too.
     **kwargs
         ``law``, ``mutual``, ``transmitter``, ``exposure`` and ``frequency_response`` are passed to
         :func:`fullbody.observing.radar_spectrum`; others to ``Axes.stairs``.

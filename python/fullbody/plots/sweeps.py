@@ -35,7 +35,7 @@ def sweep(
     ax : matplotlib Axes, optional
         Those to draw on, which are returned.
     x, y : str, optional
-        The coordinates along the axes; by default the dimensions. Parameters that were paired or artist share a
+        The coordinates along the axes; by default the dimensions. Parameters that were paired or drawn share a
         dimension, and ``x`` and ``y`` then choose two of them; without ``y``, the measure itself is the vertical axis.
     **kwargs
         Passed to ``Axes.plot`` along one parameter, to ``Axes.pcolormesh`` over a grid of two and to ``Axes.scatter``
