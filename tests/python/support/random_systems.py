@@ -251,7 +251,7 @@ def errors(case):
         return max(worst(columns[part], change[part], max(np.abs(change[part]).max(), least)) for part in parts)
 
     def least(columns, ends, natural, parts=both):
-        # Principal axes are named anew, and rules of the quadrature change, beyond some change: image a shorter step
+        # Principal axes are named anew, and rules of the quadrature change, beyond some change: there a shorter step
         # decides, and beside a loose tolerance a longer one.
         results = []
         for step in STEPS:
