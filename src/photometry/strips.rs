@@ -1,8 +1,8 @@
 //! The brightness of an ellipsoid of which others hide parts, by strips along the parallels of its lune.
 //!
 //! On a parallel every outline covers one interval of longitudes, and [`ScatteringKernel`] integrates the brightness
-//! over the uncovered intervals. Over the height z Fejér's rule is taken between the heights at which
-//! the number or the kind of these intervals changes, in t with z = m + h t (3 - t^2) / 2, so that the square roots at either end
+//! over the uncovered intervals. Over the height z Fejér's rule is taken between the heights at which the number or
+//! the kind of these intervals changes, in t with z = m + h t (3 - t^2) / 2, so that the square roots at either end
 //! are smooth. Where the order of the outlines' ends at either end of such an interval is not that in its
 //! middle, the change is sought and the interval divided there.
 //!

@@ -91,7 +91,8 @@ impl Harmonic {
         [0, 1].map(|body| self.moments[body].degree())
     }
 
-    /// Returns the truncation for all separations from this one up: the lowest degrees that reach the tolerance. `None` where the highest degree does not suffice.
+    /// Returns the truncation for all separations from this one up: the lowest degrees that reach the tolerance.
+    /// `None` where the highest degree does not suffice.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
