@@ -321,6 +321,7 @@ def test_ctrl_c_within_a_force_function_keeps_the_run():
             # In short pieces: a signal that comes just before a sleep is seen after it.
             for _ in range(1000):
                 time.sleep(0.01)
+            raise TimeoutError("no signal arrived")
         return 0 * state.position
 
     def press():
