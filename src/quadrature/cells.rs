@@ -31,7 +31,7 @@ const UNITS: usize = 64;
 /// The work of one piece of a sum.
 const WORK: u64 = interrupt::UNITS;
 
-/// What a rule over cells must achieve: the singularity of the other body's potential, and the allowed error.
+/// The requirements of a rule over cells: the singularity of the other body's potential, and the allowed error.
 #[derive(Debug, Clone, Copy)]
 pub struct Demand {
     /// The smallest error that matters, as a force per unit G m m times the volume.

@@ -109,7 +109,7 @@ def alignments(pair: Pair) -> Iterator[Axes]:
     choices = []
     for moments in pair.inertia:
         ratios = np.round(moments / max(moments.max(), 1e-300), 12)
-        # Of alignments with equal moments the first remains, since it is entered last.
+        # Alignments with equal moments are one. The first of them is kept, since a dict keeps the last entry of a key.
         pairs = {(ratios[line], ratios[pole]): (line, pole) for line, pole in [*permutations(range(3), 2)][::-1]}
         choices.append(sorted(pairs.values()))
     yield from product(*choices)

@@ -197,7 +197,7 @@ def suggestion(name: str, names: Iterable[str], quantifier: str = "some") -> str
 
 
 def refuse_unknown(names: Iterable[str], options: Iterable[str], owner: str) -> None:
-    """Raise an error for the first name that is none of the options of the ``owner``."""
+    """Raise an error for the first name that is not an option of the ``owner``."""
     options = list(options)
     for name in names:
         if name not in options:
